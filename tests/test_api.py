@@ -110,7 +110,7 @@ class TestDetect:
     @pytest.mark.parametrize(
         ("x", "given", "message"),
         [
-            (np.zeros((9, 9)), {}, r"mask must be bool or integer.*float64; threshold it first: mask > 0\.5"),
+            (np.full((9, 9), 3.0), {}, r"mask must be a probability in 0\.\.1 .*, got 3\.\.3; of scores, give"),
             (
                 np.zeros((9, 9, 3), np.uint8),
                 {},

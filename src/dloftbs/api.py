@@ -39,6 +39,7 @@ def detect(
     config: ConfigLike | None = None,
     segmenter: Segmenter | PathLike | None = None,
     roi: RoiLike | None = None,
+    mask_is: str | None = None,
 ) -> FrameResult:
     """Find the objects in one frame, without memory.
 
@@ -46,9 +47,9 @@ def detect(
     ----------
     x : array_like, str, path or Frame
         A mask (H, W), (H, W, 1) or (1, H, W) of bool or any integer type, in which any non-zero is cable, or a
-        probability of 8 bits, cable from one half on (see `Frame`); or a BGR image (H, W, 3), uint8, with `hsv` or a
-        configuration that has one. With these, uint8 (H, W) is a grey image,
-        and bool a mask. Also the file of one picture, which is read as `sources.open` reads it; or a whole frame.
+        probability, as networks give it, of 8 bits or in 0..1 (see `Frame`); or a BGR image (H, W, 3), uint8, with
+        `hsv` or a configuration that has one. With these, uint8 (H, W) is a grey image, and bool a mask. Also the file
+        of one picture, which is read as `sources.open` reads it; or a whole frame.
         Arrays and tensors of any library are taken, and a picture of Pillow by its mode; an array that is RGB has to be
         turned: ``x[..., ::-1]``. Never changed.
     hsv : str, HsvRange or several, optional
@@ -75,6 +76,8 @@ def detect(
     roi : (x, y, w, h), polygon [(x, y), ...] or str, optional
         Region of interest, px: the rest of the image is left out, as `RegionConfig` has it. The curves are in pixels
         of the whole image.
+    mask_is : {"auto", "binary", "probability", "labels"}, optional
+        What the values of a mask are, as `Frame` has it.
 
     Returns
     -------
@@ -91,7 +94,7 @@ def detect(
     SourceError
         If a file cannot be read.
     """
-    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi)
+    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi, mask_is=mask_is)
     segmented = pipeline.segments_images and image is None
     kind: Kind = kind_for("auto" if image is None else "mask", segmented=segmented)
     frame = read_frame(x, kind) if isinstance(x, (str, os.PathLike)) else as_frame(x, grey_as_image=segmented)
@@ -132,6 +135,7 @@ def track(
     config: ConfigLike | None = None,
     segmenter: Segmenter | PathLike | None = None,
     roi: RoiLike | None = None,
+    mask_is: str | None = None,
 ) -> Iterator[FrameResult]:
     """Follow the objects through a stream, one result a frame, as the frames come.
 
@@ -141,7 +145,7 @@ def track(
         A video, a folder, a glob or a camera, as `sources.open` takes it, which has more options; or frames, masks
         (H, W) or BGR images (H, W, 3), one after the other, a `Source` among them. A capture is read until it gives no
         more, and stays open; its frames have no times, as those of its path or index have.
-    hsv, objects, config, segmenter, roi
+    hsv, objects, config, segmenter, roi, mask_is
         As `Pipeline` takes them.
 
     Returns
@@ -155,7 +159,7 @@ def track(
     SourceError
         If there is nothing there or it cannot be opened.
     """
-    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi)
+    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi, mask_is=mask_is)
     if is_array_like(frames):
         array = as_pixels("the stream", frames, "any")
         frames = list(array) if array.ndim == 1 and array.dtype.kind == "O" else array  # arrays of several sizes

@@ -33,7 +33,11 @@ class TestFrame:
                 r"mask must have shape \(H, W\), \(H, W, 1\) or \(1, H, W\), got \(4, 6, 3\); .*mask\[\.\.\., 0\]",
             ),
             ({"mask": MASK[0]}, r"mask must have shape .* got \(6,\)"),
-            ({"mask": MASK.astype(np.float32)}, "mask must be bool or integer, .* got float32"),
+            ({"mask": MASK.astype(np.float32) + 2}, r"mask must be a probability in 0\.\.1 .*, got 2\.\.2; of scores"),
+            ({"mask": np.full((4, 6), np.nan)}, r"mask must be a probability in 0\.\.1 .*, got nan\.\.nan"),
+            ({"mask": MASK, "occluders": MASK.astype(np.float32)}, r"threshold it first: occluders > 0\.5"),
+            ({"mask": MASK, "mask_is": "soft"}, "mask_is must be one of auto, binary, probability, labels, got 'soft'"),
+            ({"mask": MASK.astype(np.int32), "mask_is": "probability"}, "must be uint8, uint16 or floating point, got"),
             ({"mask": MASK.astype(str)}, "mask must be bool or integer"),
             ({"mask": MASK.astype("m8[s]")}, r"mask must be bool or integer, .* got timedelta64\[s\]"),
             ({"mask": MASK.astype("M8[s]")}, r"mask must be bool or integer, .* got datetime64\[s\]"),
@@ -101,6 +105,21 @@ class TestFrame:
         frame = Frame(mask=MASK.astype(dtype))
         assert frame.mask.dtype == dtype
         assert frame.size == (4, 6)
+
+    @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
+    def test_a_floating_point_mask_is_a_probability_of_8_bits(self, dtype):
+        frame = Frame(mask=np.array([[0.0, 0.25, 0.5, 1.0]], dtype))
+        assert frame.mask_is == "probability"
+        assert frame.mask.tolist() == [[0, 64, 128, 255]]
+        assert frame.mask.dtype == np.uint8
+
+    def test_what_a_mask_is_may_be_said(self):
+        grey = np.array([[0, 7, 255]], np.uint8)
+        assert Frame(mask=grey, mask_is="probability").mask.tolist() == [[0, 7, 255]]
+        assert Frame(mask=257 * grey.astype(np.uint16), mask_is="probability").mask.tolist() == [[0, 7, 255]]
+        assert Frame(mask=grey > 0, mask_is="probability").mask.tolist() == [[0, 255, 255]]
+        binary = Frame(mask=np.array([[0.0, 0.01]]), mask_is="binary")
+        assert (binary.mask_is, binary.mask.tolist()) == ("binary", [[False, True]])
 
     @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.int32, np.float16, np.float32, np.float64])
     def test_depth_may_be_integer_or_floating_point(self, dtype):

@@ -83,7 +83,7 @@ class TestDetect:
         assert [d.joints for d in first] == [d.joints for d in second]
 
     @pytest.mark.parametrize(
-        "bad", [np.zeros((4, 4)), np.zeros((4, 4), complex), np.zeros((4, 4, 1, 3), np.uint8), [1, 2]]
+        "bad", [np.full((4, 4), 1.5), np.zeros((4, 4), complex), np.zeros((4, 4, 1, 3), np.uint8), [1, 2]]
     )
     def test_wrong_masks_are_refused(self, bad: object) -> None:
         with pytest.raises(InputError, match=r"mask must|image must"):
@@ -258,8 +258,10 @@ class TestColour:
     def test_a_segmenter_that_returns_something_else_is_refused(self) -> None:
         with pytest.raises(InputError, match=r"frame's size \(240, 400\), got \(120, 400\)"):
             Pipeline(segmenter=lambda image: image[::2, :, 0]).process(Frame(image=self.image()))
-        with pytest.raises(InputError, match=r"mask must be bool or integer.*; threshold it first: mask > 0\.5"):
-            Pipeline(segmenter=lambda image: image[:, :, 0] / 255.0).process(Frame(image=self.image()))
+        with pytest.raises(
+            InputError, match=r"mask must be a probability in 0\.\.1 .*, got 90\.\.210; of scores, give"
+        ):
+            Pipeline(segmenter=lambda image: image[:, :, 2].astype(float)).process(Frame(image=self.image()))
 
 
 class TestStream:

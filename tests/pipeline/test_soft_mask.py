@@ -1,23 +1,24 @@
-"""Masks of grey values: probabilities, labels, photographs."""
+"""Masks that are probabilities, in the pipeline."""
 
 from __future__ import annotations
 
 import logging
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-from dloftbs import Frame, detect, track
-from dloftbs.pipeline.soft_mask import above_half, is_probability
+from dloftbs import Frame, JointKind, Pipeline, detect, track
+from dloftbs.errors import ConfigError
+from dloftbs.pipeline.soft_mask import readings_of, sureness
 
 SIZE = (360, 640)
+LINE = np.array([(40, 60), (300, 150), (600, 120)])
 
 
 def drawn(width: int = 12) -> np.ndarray:
     mask = np.zeros(SIZE, np.uint8)
-    cv2.polylines(mask, [np.array([(40, 60), (300, 150), (600, 120)])], False, 255, width, cv2.LINE_AA)
+    cv2.polylines(mask, [LINE], False, 255, width, cv2.LINE_AA)
     return mask
 
 
@@ -28,59 +29,124 @@ def soft(sigma: float = 4.0) -> np.ndarray:
     return cv2.GaussianBlur(mask, None, sigma)
 
 
-class TestIsProbability:
-    def test_what_a_network_gives_is_one(self) -> None:
-        assert is_probability(soft())
-        assert is_probability(soft()[:, ::-1].T)
-        assert is_probability(cv2.resize(soft(), None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA))
-
-    @pytest.mark.parametrize("kind", [np.uint8, np.bool_, np.int32, np.uint16])
-    def test_two_values_are_none_whatever_they_are(self, kind: type) -> None:
-        for value in (1, 7, 255):
-            assert not is_probability((value * (drawn() > 127)).astype(kind))
-
-    def test_labels_are_none_also_with_a_border_of_255(self) -> None:
-        labels = np.zeros(SIZE, np.uint8)
-        for number in range(30):
-            labels[10 * number : 10 * number + 8] = number + 1
-        labels[:4] = 255
-        assert not is_probability(labels)
-
-    def test_a_photograph_is_none(self, shared_data: Path) -> None:
-        paths = sorted((shared_data / "networks" / "ewd").glob("*.jpg"))
-        assert paths
-        for path in paths:
-            grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-            assert grey is not None
-            assert not is_probability(grey)
-
-    def test_the_masks_of_networks_are(self, shared_data: Path) -> None:
-        networks = shared_data / "networks"
-        paths = [path for kind in ("r101", "r50") for path in sorted(networks.glob(f"*/*.{kind}.png"))]
-        assert len(paths) > 60
-        for path in paths:
-            grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-            assert grey is not None
-            assert is_probability(grey)
-            np.testing.assert_array_equal(above_half(grey), grey > 127)
+def faint(value: int = 50) -> np.ndarray:
+    """Return a cable that a network sees badly in its middle."""
+    mask = drawn()
+    mask[:, 220:420] = mask[:, 220:420] * (value / 255)
+    return cv2.GaussianBlur(mask, None, 2.0)
 
 
-def test_a_soft_mask_is_read_where_it_is_more_probable_than_not(caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.WARNING):
-        found = detect(soft())
-    assert [record.message for record in caplog.records if "probability" in record.message]
-    assert [one.curve.control_points.tolist() for one in found] == [
-        one.curve.control_points.tolist() for one in detect(soft() > 127)
-    ]
-    assert len(found) == 1
-    assert len(detect(soft() > 0)) != 1 or detect(soft() > 0)[0].width_px > 1.5 * found[0].width_px
+def fading() -> np.ndarray:
+    """Return a cable that a network sees badly at its end."""
+    mask = drawn()
+    mask[:, 380:] = mask[:, 380:] // 5
+    return cv2.GaussianBlur(mask, None, 2.0)
 
 
-def test_a_stream_says_it_once(caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.WARNING):
-        results = list(track(Frame(mask=soft(), index=index) for index in range(4)))
-    assert [len(result.tracks) for result in results] == [1] * 4
-    assert sum("probability" in record.message for record in caplog.records) == 1
+class TestReadings:
+    def test_each_limit_takes_in_more_of_the_parts_that_reach_one_half(self) -> None:
+        read = dict(readings_of(soft()))
+        assert list(read) == [128, 64, 32, 16]
+        np.testing.assert_array_equal(read[128], soft() >= 128)
+        ghost = np.zeros(SIZE, bool)
+        ghost[240:340] = True
+        for limit, mask in read.items():
+            np.testing.assert_array_equal(mask, (soft() >= limit) & ~ghost)
+
+    def test_a_part_that_nowhere_reaches_one_half_is_in_none(self) -> None:
+        assert not any(mask.any() for _, mask in readings_of((0.45 * soft()).astype(np.uint8)))
+
+    def test_nothing_is_not_sure(self) -> None:
+        assert sureness([]) == 0.0
+
+
+def test_a_mask_with_soft_edges_is_read_as_its_half() -> None:
+    found, half = detect(soft()), detect(soft() > 127)
+    assert [one.curve.control_points.tolist() for one in found] == [one.curve.control_points.tolist() for one in half]
+    assert found[0].width_px == pytest.approx(half[0].width_px, abs=1.0)
+    assert found[0].confidence > 0.9
+
+
+def test_a_gap_that_is_faintly_seen_is_bridged() -> None:
+    assert len(detect(faint() > 127)) == 2
+    (found,), (unseen,) = detect(faint()), detect(faint(0))
+    assert [joint.kind for joint in found.joints] == [JointKind.GAP]
+    assert unseen.confidence < 0.85 < 0.9 < found.confidence
+
+
+def test_a_cable_that_is_faint_at_its_end_is_read_to_it_and_is_as_wide_as_it_is() -> None:
+    pipeline = Pipeline()
+    (half,), (found,) = detect(fading() > 127), pipeline.process(fading())
+    assert half.curve.length < 0.7 * found.curve.length
+    assert not found.joints
+    assert found.width_px == pytest.approx(12.0, abs=1.5)
+    ends = sorted(found.curve(np.array([0.0, 1.0])).tolist())
+    assert np.hypot(*(np.array(ends) - LINE[[0, 2]]).T) == pytest.approx(0.0, abs=14.0)
+    np.testing.assert_array_equal(pipeline.mask, dict(readings_of(fading()))[32])
+
+
+def test_a_cut_off_cable_that_shows_faintly_ahead_is_not_whole_for_sure() -> None:
+    ends_here = drawn()
+    ends_here[:, 400:] = 0
+    goes_on = ends_here.copy()
+    goes_on[:, 400:] = drawn()[:, 400:] // 20
+    sure, unsure = detect(ends_here, mask_is="probability")[0], detect(goes_on, mask_is="probability")[0]
+    assert not sure.near_joints
+    assert sure.confidence > 0.9
+    (near,) = unsure.near_joints
+    assert unsure.confidence == pytest.approx(1.0 - near.confidence, abs=0.05)
+    assert near.confidence > 0.5
+    x, y = near.point
+    assert 405 < x < 430
+    assert abs(y - np.interp(x, *LINE.T)) < 6
+
+
+class TestKinds:
+    def test_floating_point_and_8_bits_say_the_same(self) -> None:
+        curves = [detect(mask)[0].curve for mask in (soft(), soft() / 255.0, Frame(mask=(soft() / 255).astype("f4")))]
+        assert curves[0] == curves[1] == curves[2]
+
+    def test_binary_is_all_that_is_not_zero(self) -> None:
+        wide = detect(soft(), mask_is="binary")
+        assert [one.curve for one in wide] == [one.curve for one in detect(soft() > 0)]
+        assert max(one.width_px for one in wide) > 1.5 * detect(soft())[0].width_px
+
+    def test_a_frame_says_it_before_the_configuration(self) -> None:
+        binary = detect(Frame(mask=soft(), mask_is="binary"), mask_is="probability")
+        assert [one.curve for one in binary] == [one.curve for one in detect(soft() > 0)]
+
+    def test_of_a_segmenter_too(self) -> None:
+        image = np.zeros((*SIZE, 3), np.uint8)
+        for given in (faint() / 255.0, faint()):
+            (found,) = detect(image, segmenter=lambda _, given=given: given)
+            assert found.curve == detect(faint())[0].curve
+        assert len(list(track([image] * 3, segmenter=lambda _: faint(), mask_is="binary"))) == 3
+
+    def test_another_word_is_refused(self) -> None:
+        with pytest.raises(ConfigError, match=r"mask_is must be one of auto, .*, got 'soft'"):
+            Pipeline(mask_is="soft")
+
+
+class TestWarning:
+    def test_a_stream_says_it_once(self, caplog: pytest.LogCaptureFixture) -> None:
+        with caplog.at_level(logging.WARNING):
+            results = list(track(Frame(mask=soft(), index=index) for index in range(4)))
+        assert [len(result.tracks) for result in results] == [1] * 4
+        assert sum("probability" in record.message for record in caplog.records) == 1
+
+    def test_nothing_is_said_where_it_was_told(self, caplog: pytest.LogCaptureFixture) -> None:
+        with caplog.at_level(logging.WARNING):
+            detect(soft(), mask_is="probability")
+            detect(soft() / 255.0)
+            list(track([soft()] * 2, mask_is="probability"))
+        assert not caplog.records
+
+
+def test_a_region_ends_a_soft_mask_as_it_ends_a_hard_one() -> None:
+    region = [(20, 20), (420, 20), (420, 340), (20, 340), (10, 180)]
+    (found,) = detect(faint(), roi=region)
+    assert found.curve(np.array([0.0, 1.0]))[:, 0].max() < 421
+    assert found.confidence > 0.9
 
 
 def test_a_probability_below_one_half_everywhere_is_a_reason() -> None:

@@ -42,9 +42,13 @@ def save(path, weights, shape=(1, 3, "h", "w"), nodes=(), output="y", kind=Tenso
 RED_ALONE = [(1.0, 0.0, 0.0)]
 
 
-def mask_of(image, **settings):
+def probability_of(image, **settings):
     segmenter = make_segmenter(SegmentationConfig(onnx=NetworkConfig(**settings)))
     return segmenter(dloftbs.Frame(image=image))
+
+
+def mask_of(image, **settings):
+    return probability_of(image, **settings) >= 0.5
 
 
 def test_a_network_makes_the_mask(tmp_path):
@@ -62,6 +66,41 @@ def test_the_order_of_channels_and_their_scaling_count(tmp_path):
     scaled = {"scale": 1.0, "mean": (100.0, 0.0, 0.0), "std": (10.0, 1.0, 1.0), "threshold": 12.9}
     assert np.count_nonzero(mask_of(picture(), file=file, **scaled)) == 360
     assert not mask_of(picture(), file=file, **{**scaled, "threshold": 13.1}).any()
+
+
+def test_scores_in_0_to_1_are_probabilities_that_the_threshold_moves(tmp_path):
+    file = save(tmp_path / "m.onnx", RED_ALONE)
+    red = picture()[..., 2] / 255.0
+    np.testing.assert_allclose(probability_of(picture(), file=file), red, atol=1e-6)
+    low = probability_of(picture(), file=file, threshold=0.2)
+    np.testing.assert_allclose(low, red * 0.8 / (red * 0.8 + (1.0 - red) * 0.2), atol=1e-6)
+
+
+def test_other_scores_are_log_odds(tmp_path):
+    file = save(tmp_path / "m.onnx", RED_ALONE)
+    scores = picture()[..., 2].astype(float) - 128.0
+    found = probability_of(picture(), file=file, scale=1.0, mean=(128.0, 0.0, 0.0), threshold=-3.0)
+    np.testing.assert_allclose(found, 1.0 / (1.0 + np.exp(-(scores + 3.0))), atol=1e-6)
+
+
+def test_of_several_channels_the_cable_s_share_counts(tmp_path):
+    file = save(tmp_path / "m.onnx", [(0.0, 0.5, 0.0), (0.5, 0.0, 0.0)])
+    green, red = picture()[..., 1] / 510.0, picture()[..., 2] / 510.0
+    np.testing.assert_allclose(probability_of(picture(), file=file), red / (red + green), atol=1e-6)
+    file = save(tmp_path / "n.onnx", [(0.0, 9.0, 0.0), (9.0, 0.0, 0.0)])
+    odds = 18.0 * (red - green)
+    np.testing.assert_allclose(probability_of(picture(), file=file), 1.0 / (1.0 + np.exp(-odds)), atol=1e-5)
+
+
+def test_the_probability_is_what_the_pipeline_reads(tmp_path):
+    file = save(tmp_path / "m.onnx", RED_ALONE)
+    image = np.zeros((*SIZE, 3), np.uint8)
+    image[20:26, 10:50] = (0, 0, 230)
+    image[20:26, 50:70] = (0, 0, 60)
+    (found,) = dloftbs.detect(image, segmenter=file)
+    assert found.curve.length > 55
+    (joined,) = dloftbs.detect(image, config={"segmentation": {"onnx": {"file": file}, "hsv": ["0:179,0:255,70:255"]}})
+    assert joined.curve.length < 45
 
 
 def test_the_size_that_the_model_states_is_kept(tmp_path):

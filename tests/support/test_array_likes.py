@@ -238,7 +238,7 @@ class TestPictures:
             (lambda: Frame(mask=Picture("RGB", IMAGE)), r"must have one channel.*mask\.convert\('L'\)"),
             (lambda: Frame(mask=MASK, image=Picture("I;16", MASK)), "8 bits a channel, got a picture of mode I;16"),
             (lambda: dloftbs.detect(Picture("LAB", IMAGE)), "mode LAB cannot be turned into RGB: conversion from LAB"),
-            (lambda: dloftbs.detect(Picture("F", MASK / 255)), r"threshold it first: mask > 0\.5"),
+            (lambda: dloftbs.detect(Picture("F", 1.0 * MASK + 1.0)), r"mask must be a probability in 0\.\.1"),
             (lambda: dloftbs.detect(Picture("RGB", MASK)), r"says that its mode is RGB, and has shape \(60, 120\)"),
             (lambda: dloftbs.track(Picture("RGB", IMAGE)), "got a single frame"),
         ],

@@ -94,7 +94,7 @@ def config_options(command: Command) -> Command:
     """Add the options that choose the configuration; the command gets the `Config` as `config`.
 
     What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv``, ``--local``, ``--background``, ``--objects``,
-    ``--min-confidence``, ``--roi`` overrides what comes before.
+    ``--min-confidence``, ``--mask-is``, ``--roi`` overrides what comes before.
     """
 
     @click.option("--paper", is_flag=True, help="Start from the published method instead of the default.")
@@ -149,6 +149,12 @@ def config_options(command: Command) -> Command:
         help="Least probability of a gap that is bridged, 0.5 where nothing else is stated: pieces with less between "
         "them stay apart, each with the other in its near_joints. 0 bridges all that bend little.",
     )
+    @click.option(
+        "--mask-is",
+        type=click.Choice(("auto", "binary", "probability", "labels")),
+        help="What the values of masks are: cable wherever they are not 0 (binary, labels), or a probability, as "
+        "networks give it; auto takes many grey values, nearly all of them sure, for one.",
+    )
     @roi_option
     @functools.wraps(command)
     def with_config(
@@ -161,6 +167,7 @@ def config_options(command: Command) -> Command:
         background: Path | None,
         objects: int | None,
         min_confidence: float | None,
+        mask_is: str | None,
         roi: Roi | None,
         **kwargs: Any,
     ) -> None:
@@ -174,6 +181,7 @@ def config_options(command: Command) -> Command:
             "segmentation.background.file": file,
             "linking.objects": objects,
             "linking.min_gap_confidence": min_confidence,
+            "segmentation.mask_is": mask_is,
             "region.roi": roi,
         }
         changes = {**changes, **{key: value for key, value in given.items() if value is not None}}

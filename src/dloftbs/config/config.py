@@ -232,22 +232,28 @@ ConfigLike = Config | str | os.PathLike[str] | Mapping[str, Any]
 
 
 def choose_config(
-    config: ConfigLike | None, hsv: Colour | None, objects: int | None, roi: RoiLike | None = None
+    config: ConfigLike | None,
+    hsv: Colour | None,
+    objects: int | None,
+    roi: RoiLike | None = None,
+    mask_is: str | None = None,
 ) -> Config:
-    """Return a configuration, by default the package's, with the colour, number and region chosen beside it.
+    """Return a configuration, by default the package's, with what is chosen beside it: see `Pipeline`.
 
     Raises
     ------
     InputError
         If the configuration is something else.
     ConfigError
-        If its file cannot be read, or a value, the colour, the number or the region is wrong.
+        If its file cannot be read, or a value is wrong.
     """
     config = Config() if config is None else _as_config(config)
     if hsv is not None:
         config = msgspec.structs.replace(config, segmentation=config.segmentation.with_hsv(hsv))
     if roi is not None:
         config = config.with_roi(roi)
+    if mask_is is not None:
+        config = config.replace({"segmentation.mask_is": mask_is})
     return config if objects is None else config.replace({"linking.objects": objects})
 
 

@@ -11,7 +11,7 @@ from dloftbs.config.local_masks import BackgroundConfig, LocalConfig, keep_file,
 from dloftbs.config.section import Section, keep_integer, keep_number, keep_range, require
 from dloftbs.config.strokes import ColourConfig
 from dloftbs.errors import ConfigError
-from dloftbs.support.values import as_float, as_integer, shown
+from dloftbs.support.values import as_float, as_integer, check_mask_kind, shown
 
 HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""
@@ -181,6 +181,8 @@ class SegmentationConfig(Section, frozen=True, kw_only=True):
     background : BackgroundConfig, str or None
         ``empty.png``, or ``{file: empty.png}``: what differs from this picture of the same place without cables is
         cable, for a camera that stands still; further settings are its contrast and join.
+    mask_is : "auto", "binary", "probability" or "labels"
+        What the values of masks are, where a frame does not say it itself; see `Frame`.
     """
 
     hsv: tuple[HsvRange, ...] = ()
@@ -189,8 +191,10 @@ class SegmentationConfig(Section, frozen=True, kw_only=True):
     onnx: NetworkConfig | None = None
     local: LocalConfig | str | None = None
     background: BackgroundConfig | str | None = None
+    mask_is: str = "auto"
 
     def __post_init__(self) -> None:
+        check_mask_kind(self.mask_is, ConfigError)
         if isinstance(self.local, str):
             msgspec.structs.force_setattr(self, "local", LocalConfig(tone=self.local))
         if isinstance(self.background, str):

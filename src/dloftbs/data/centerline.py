@@ -330,6 +330,20 @@ class Centerline:
         line.__dict__.update(self.__dict__, existence=existence)
         return line
 
+    def _with_near_joints(self, near_joints: tuple[NearJoint, ...]) -> Centerline:
+        """Return the same centre line with other near joints."""
+        line = type(self).__new__(type(self))
+        line.__dict__.update(self.__dict__, near_joints=near_joints)
+        return line
+
+    def _narrowed(self, factor: float) -> Centerline:
+        """Return the same centre line with its width, and its radius everywhere, multiplied by a factor."""
+        line = type(self).__new__(type(self))
+        line.__dict__.update(self.__dict__, width_px=factor * self.width_px)
+        line.__dict__["segments"] = tuple(Segment._unchecked(one.points, factor * one.radius) for one in self.segments)
+        line.__dict__.pop("radius", None)
+        return line
+
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""
         line = type(self).__new__(type(self))

@@ -11,11 +11,13 @@ from dloftbs.camera import PinholeCamera, as_camera
 from dloftbs.errors import InputError
 from dloftbs.support.array_likes import NONE_IS, as_pixels
 from dloftbs.support.arrays import AnyArray, check_depth, check_image, check_mask, looks_like_image, plane_of
+from dloftbs.support.mask_values import as_probability
 from dloftbs.support.values import (
     DEPTH_UNITS_M,
     MAX_WHOLE,
     MILLIMETRE_M,
     check_integer,
+    check_mask_kind,
     check_number,
     check_stamp,
     check_text,
@@ -36,9 +38,8 @@ class Frame:
     ----------
     image : numpy.ndarray, shape (H, W, 3), uint8, optional
         Colour image in OpenCV's order, BGR.
-    mask : numpy.ndarray, shape (H, W) or (H, W, 1), bool or any integer type, optional
-        Any non-zero is cable; but of 8 bits with many grey values, as networks give it, it is a probability, and cable
-        where that is at least one half. Where it is given, no segmentation takes place.
+    mask : numpy.ndarray, shape (H, W) or (H, W, 1), bool, any integer type, or floating point in 0..1, optional
+        Where it is given, no segmentation takes place.
     depth : numpy.ndarray, shape (H, W) or (H, W, 1), floating point or integer, optional
         Registered to the image: metres where floating point, counts of `depth_unit_m` where integer. Depth that is not,
         `DepthRegistration` brings there.
@@ -56,6 +57,10 @@ class Frame:
         Origin of the frame, for messages and file names.
     depth_unit_m : float
         Metres per count of an integer depth image (0.001: millimetres), 1e-9 to 1e3.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of the mask are. "binary" and "labels": any non-zero is cable. "probability": as networks give
+        it, of 8 or 16 bits, or in 0..1; it is held as uint8. "auto": floating point is a probability, and so is uint8
+        of many grey values, nearly all of which are sure; all else is binary.
 
     Raises
     ------
@@ -73,14 +78,20 @@ class Frame:
     stamp: float | None = None
     name: str = ""
     depth_unit_m: float = MILLIMETRE_M
+    mask_is: str = "auto"
 
     def __post_init__(self) -> None:
         if self.image is None and self.mask is None:
             raise InputError(f"a frame needs an image or a mask, got neither, or None for it ({NONE_IS})")
+        check_mask_kind(self.mask_is)
         if self.image is not None:
             object.__setattr__(self, "image", _read_only(check_image(self.image)))
         if self.mask is not None:
-            object.__setattr__(self, "mask", _read_only(check_mask(self.mask)))
+            mask = check_mask(self.mask)
+            if mask.dtype.kind == "f" and self.mask_is == "auto":
+                object.__setattr__(self, "mask_is", "probability")
+            known = as_probability(mask) if self.mask_is == "probability" else mask
+            object.__setattr__(self, "mask", _read_only(known if known.dtype.kind != "f" else known != 0.0))
         if self.depth is not None:
             object.__setattr__(self, "depth", _read_only(check_depth(self.depth)))
         if self.occluders is not None:

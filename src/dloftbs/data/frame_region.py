@@ -97,7 +97,7 @@ class Region:
 
     def clear_outside(self, pixels: AnyArray) -> AnyArray:
         """Return a mask (h, w) that is 0 outside of a polygon; of a rectangle it is the mask itself."""
-        return pixels if self.inside is None else (pixels != 0) & self.inside.view(np.bool_)
+        return pixels if self.inside is None else pixels * self.inside.view(np.bool_)
 
     def paste(self, pixels: AnyArray) -> AnyArray:
         """Return a mask (h, w) in the whole image, which is 0 outside of the region."""

@@ -23,6 +23,7 @@ from dloftbs.evidence.kernels.gap_pixels import (
     list_unknown,
     look_across,
     mark_covered,
+    mark_probable,
     measure_ways,
     transform,
 )
@@ -35,10 +36,11 @@ _Ints = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class EvidenceMap:
-    """Evidence of a frame beside its mask, asked about gaps: depth first, then occluders, then the image.
+    """Evidence of a frame beside its mask, asked about gaps: depth, occluders, a probability, then the image.
 
     Depth shows what is nearer than the cables, and where the ground is seen; occluders hide what they cover, and say
-    nothing of other places, where something else may hide a cable.
+    nothing of other places, where something else may hide a cable. What is somewhat probable is seen as cable, and what
+    is not says nothing: a network is sure of the ground as well where something hides a cable.
 
     Parameters
     ----------
@@ -55,6 +57,8 @@ class EvidenceMap:
         Range of the depth.
     depth_unit_m : float
         See `Frame`.
+    soft : numpy.ndarray, shape (H, W), uint8, optional
+        The probability, of 256, that the mask was made of.
     """
 
     crop: MaskCrop
@@ -64,13 +68,16 @@ class EvidenceMap:
     camera: PinholeCamera | None = None
     config: DepthConfig = field(default_factory=DepthConfig)
     depth_unit_m: float = MILLIMETRE_M
+    soft: npt.NDArray[np.uint8] | None = None
 
     @classmethod
-    def of(cls, frame: Frame, crop: MaskCrop, config: DepthConfig) -> EvidenceMap | None:
-        """Return the evidence in a frame; None if it has none."""
-        if frame.image is None and frame.depth is None and frame.occluders is None:
+    def of(
+        cls, frame: Frame, crop: MaskCrop, config: DepthConfig, soft: npt.NDArray[np.uint8] | None = None
+    ) -> EvidenceMap | None:
+        """Return the evidence in a frame, and in the probability that its mask was made of; None if there is none."""
+        if all(given is None for given in (frame.image, frame.depth, frame.occluders, soft)):
             return None
-        return cls(crop, frame.image, frame.depth, frame.occluders, frame.camera, config, frame.depth_unit_m)
+        return cls(crop, frame.image, frame.depth, frame.occluders, frame.camera, config, frame.depth_unit_m, soft)
 
     def at(self, graph: Graph) -> EndEvidence:
         """Return the evidence at the ends of the branches of a graph."""
@@ -204,6 +211,8 @@ class EndEvidence:
         if self._depths is not None:
             limits = DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
             judge_ways(*self._asked, self._depths, pairs, ways, steps, width, *limits, told)
+        if frame.soft is not None:
+            mark_probable(frame.soft[self._window], self._mask, ways, steps, width, told)
         if frame.image is not None:
             asked, ends, numbers = list_unknown(self._mask, pairs, len(self._states), ways, steps, told, width)
             if len(asked):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dloftbs.config import Config, ObjectsConfig
 from dloftbs.data.frame import Frame
 from dloftbs.pipeline.plausibility import grey_hint
-from dloftbs.pipeline.soft_mask import is_probability
 from dloftbs.support.arrays import AnyArray
+from dloftbs.support.mask_values import is_probability
 
 
 def why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame) -> str:

@@ -63,6 +63,8 @@ class Pipeline:
     roi : (x, y, w, h), polygon or str, optional
         Region of interest, in the place of `RegionConfig.roi`: the rest of the image is left out, a cable ends at the
         region's edge as at the image's border, and results are in pixels of the whole image.
+    mask_is : {"auto", "binary", "probability", "labels"}, optional
+        What the values of masks are, in the place of `SegmentationConfig.mask_is`; see `Frame`.
 
     Raises
     ------
@@ -87,8 +89,9 @@ class Pipeline:
         objects: int | None = None,
         segmenter: Segmenter | str | os.PathLike[str] | None = None,
         roi: RoiLike | None = None,
+        mask_is: str | None = None,
     ) -> None:
-        self._config = choose_config(config, hsv, objects, roi)
+        self._config = choose_config(config, hsv, objects, roi, mask_is)
         if segmenter is not None and hsv is not None:
             raise InputError("give either hsv or a segmenter, got both")
         roi = self._config.region.roi
@@ -251,14 +254,14 @@ def _warned(run: StageRun, frame: Frame) -> bool:
     doubt = doubt_mask(run.share, frame.name)
     if doubt is not None:
         _log.warning("%s See `dloftbs tune --help`", doubt)
-    elif run.is_soft:
+    elif run.is_taken_for_soft:
         what = f" of {frame.name}" if frame.name else ""
         _log.warning(
-            "the mask%s has many grey values: it is read as a probability, and cable where that is at least one half; "
-            "for another limit, threshold it (mask > 31)",
+            "the mask%s has many grey values, and is read as a probability; mask_is='probability' says so, and "
+            "mask_is='binary' makes cable of all that is not 0",
             what,
         )
-    return doubt is not None or run.is_soft
+    return doubt is not None or run.is_taken_for_soft
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:

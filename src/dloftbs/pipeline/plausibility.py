@@ -6,6 +6,7 @@ import numpy as np
 
 from dloftbs.config import DepthConfig, SegmentationConfig
 from dloftbs.support.arrays import AnyArray
+from dloftbs.support.mask_values import GRID_PX, SMALL_PX
 
 _MAX_SET = 0.5
 """Largest share of a frame that cables usually cover; more is worth a warning.
@@ -21,16 +22,6 @@ _STRIP_SIDES = 4.0
 """Ratio of the sides from which on an image is a crop along a cable, which fills it.
 
 Source: geometry; the longest format of cameras is 32:9.
-"""
-GRID_PX = 8
-"""Distance of the pixels that are looked at, px.
-
-Source: by hand; 4,800 of 640 x 480 give the share to a percent.
-"""
-SMALL_PX = 1 << 16
-"""Largest number of pixels of a mask that are all counted, px.
-
-Source: bounds time; more take longer than the grid, which has a thousand points from there on.
 """
 _CLEARLY = 0.4
 """Largest share on the grid that is not counted again pixel by pixel.

@@ -1,48 +1,44 @@
-"""Masks that are probabilities, as networks give them in 8 bits."""
+"""Masks that are probabilities: how many of their less sure pixels are cable, is decided by what is read of them."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import cv2
 import numpy as np
+import numpy.typing as npt
 
-from dloftbs.pipeline.plausibility import GRID_PX, SMALL_PX
+from dloftbs.data.centerline import Centerline
+from dloftbs.kernels.shared.soft_masks import HALF, LEAST_PROBABLE
 from dloftbs.support.arrays import AnyArray
 
-_MAX_LEVELS = 32
-"""Largest number of values of a mask that are labels, or cable and ground.
+_LIMITS = (HALF, HALF // 2, HALF // 4, LEAST_PROBABLE)
+"""Least values of cable that are tried, of 256.
 
-Source: by hand; as of an image in indexed colour, whose labels are 21 and a border where there are most.
+Source: by definition; each halves the one before.
 """
-_BETWEEN = slice(32, 224)
-"""Values that are neither cable nor ground for sure, of 256.
+SURE = 0.9
+"""Mean confidence of objects from which on no further reading is tried.
 
-Source: by definition; an eighth of the values at either end is sure.
-"""
-_MAX_BETWEEN = 0.25
-"""Largest share of such values in a mask; more is a photograph.
-
-Source: measured; .08 at most of 69 masks of networks, .75 and more of 27 photographs.
-"""
-_HALF = 128
-"""Least value of cable.
-
-Source: by definition; more probable than not, of 256.
+Source: by definition; nine in ten are whole cables. From .8 to 1 the results hardly differ (docs/soft-masks.md).
 """
 
 
-def is_probability(mask: AnyArray) -> bool:
-    """Return whether a mask is a probability of 8 bits: of many values, few of them between cable and ground."""
-    if mask.dtype != np.uint8:
-        return False
-    some = mask[::GRID_PX, ::GRID_PX] if mask.size > SMALL_PX else mask
-    if np.count_nonzero(np.bincount(some.ravel(), minlength=256)) <= 2:
-        return False
-    counts = cv2.calcHist([np.ascontiguousarray(mask)], [0], None, [256], [0.0, 256.0])
-    between = float(counts[_BETWEEN].sum())
-    return int(np.count_nonzero(counts)) > _MAX_LEVELS and between <= _MAX_BETWEEN * mask.size
+def readings_of(soft: npt.NDArray[np.uint8]) -> Iterator[tuple[int, AnyArray]]:
+    """Yield limits, the highest first, and what is cable by each (H, W): parts that are rather cable somewhere.
+
+    This is a threshold with hysteresis, as Canny's (PAMI 1986): a part is taken down to the limit if any pixel of it
+    reaches one half.
+    """
+    sure = soft >= HALF
+    yield HALF, sure
+    for limit in _LIMITS[1:]:
+        count, parts = cv2.connectedComponents((soft >= limit).view(np.uint8), connectivity=8)
+        is_cable = np.zeros(count, np.bool_)
+        is_cable[parts[sure]] = True
+        yield limit, is_cable[parts]
 
 
-def above_half(mask: AnyArray) -> AnyArray:
-    """Return where a probability of 8 bits is at least one half."""
-    cable: AnyArray = mask >= _HALF
-    return cable
+def sureness(lines: Sequence[Centerline]) -> float:
+    """Return the share of objects that are expected to be whole cables; 0 without any."""
+    return sum(line.confidence for line in lines) / max(len(lines), 1)

@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from dloftbs.cleaning import clean
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig
 from dloftbs.crossings import find_crossings
@@ -21,23 +24,25 @@ from dloftbs.data.prediction import Prediction
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import fit, keep_to_mask
+from dloftbs.kernels.shared.soft_masks import HALF
 from dloftbs.lifting import DepthEdges
-from dloftbs.linking import TemporalPrior, choose, link
+from dloftbs.linking import TemporalPrior, choose, link, with_ends_that_go_on, with_soft_widths
 from dloftbs.pipeline.nothing_found import too_many, why_nothing_is_left, why_too_short
 from dloftbs.pipeline.plausibility import refuse_mask, share_set
-from dloftbs.pipeline.soft_mask import above_half, is_probability
+from dloftbs.pipeline.soft_mask import SURE, readings_of, sureness
 from dloftbs.pipeline.space_curves import with_curves_in_space
 from dloftbs.published import Walks, close, link_segments, make_segments, walk
 from dloftbs.segmentation import FrameSegmenter
 from dloftbs.skeleton import build_graph, skeletonize
 from dloftbs.support.arrays import AnyArray
+from dloftbs.support.mask_values import as_probability, is_probability
 
 
 @dataclass(frozen=True)
 class StageRun:
     """Results of the stages on one frame, as far as they came, the share of the mask that is set, and the times.
 
-    A soft mask was given as a probability, and is cable where that is at least one half.
+    `mask` is what was read of a probability; `is_taken_for_soft` if nobody but its values says that it is one.
     """
 
     mask: AnyArray
@@ -51,7 +56,7 @@ class StageRun:
     crossings: tuple[Crossing, ...] = ()
     dropped: tuple[Dropped, ...] = ()
     reason: str | None = None
-    is_soft: bool = False
+    is_taken_for_soft: bool = False
 
 
 class _Linked(NamedTuple):
@@ -61,6 +66,21 @@ class _Linked(NamedTuple):
     reason: str | None = None
     walks: Walks | None = None
     graph: Graph | None = None
+
+
+class _Given(NamedTuple):
+    """The mask of a frame, the probability that it is, if it is one, and whether that is said by its values alone."""
+
+    mask: AnyArray
+    soft: npt.NDArray[np.uint8] | None
+    is_taken_for_soft: bool
+
+
+class _Reading(NamedTuple):
+    """Objects of a mask, as far as they are centre lines, and the stages that found them."""
+
+    run: StageRun
+    lines: list[Centerline]
 
 
 def kernel_rooms(config: Config, frame: Frame) -> tuple[str, ...]:
@@ -88,7 +108,7 @@ class _Clock:
 
     def lap(self, stage: str) -> None:
         now = perf_counter()
-        self.stage_ms[stage] = 1e3 * (now - self._since)
+        self.stage_ms[stage] = self.stage_ms.get(stage, 0.0) + 1e3 * (now - self._since)
         self._since = now
 
 
@@ -111,31 +131,71 @@ def run_stages(
         As `Pipeline.process`.
     """
     clock = _Clock()
-    mask = _mask(frame, segmenter)
-    is_soft = is_probability(mask)
-    if is_soft:
-        mask = above_half(mask)
+    mask, soft, is_taken_for_soft = _given(frame, segmenter, config)
     if region is not None:
-        mask = region.clear_outside(mask)
+        mask, soft = region.clear_outside(mask), None if soft is None else region.clear_outside(soft)
+    best, surest = None, -1.0
+    for limit, part in [(HALF, mask)] if soft is None else readings_of(soft):
+        clock.lap("segmentation")
+        reading = _read(part, None if soft is None else (soft, limit), frame, config, clock, predicted, region)
+        sure = sureness(reading.lines)
+        if sure > surest:
+            best, surest = reading, sure
+        if sure >= SURE or not isinstance(config.linking, LinkingConfig):
+            break
+    assert best is not None
+    run, lines = replace(best.run, is_taken_for_soft=is_taken_for_soft), best.lines
+    if not lines:
+        return run
+    assert run.crop is not None
+    if soft is not None:
+        lines = with_soft_widths(lines, soft)
+    curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
+    if run.graph is not None:  # the published method believes in all its joints
+        kept = [keep_to_mask(*one, run.crop, run.mask, config.fitting) for one in zip(lines, curves, strict=True)]
+        lines, curves = [line for line, _ in kept], [curve for _, curve in kept]
+    clock.lap("fitting")
+    detections = tuple(Detection._unchecked(line, curve) for line, curve in zip(lines, curves, strict=True))
+    crossings = find_crossings(detections, frame, config.lifting)
+    clock.lap("crossings")
+    detections = with_curves_in_space(detections, crossings, run.crop, frame, config, depth_edges)
+    clock.lap("lifting")
+    return replace(run, detections=detections, crossings=crossings)
+
+
+def _read(
+    mask: AnyArray,
+    soft: tuple[npt.NDArray[np.uint8], int] | None,
+    frame: Frame,
+    config: Config,
+    clock: _Clock,
+    predicted: Sequence[Prediction],
+    region: Region | None,
+) -> _Reading:
+    """Find the objects of a mask; it may be what a probability of 8 bits is from a limit on."""
     share = share_set(mask) / (1.0 if region is None else region.share)
-    run = StageRun(mask, share, clock.stage_ms, is_soft=is_soft)
-    clock.lap("segmentation")
+    run = StageRun(mask, share, clock.stage_ms)
     if isinstance(config.linking, LinkingConfig):
-        refusal = refuse_mask(mask, run.share, segmented=frame.mask is None)
+        refusal = refuse_mask(mask, share, segmented=frame.mask is None)
         if refusal is not None:
-            return replace(run, reason=refusal)
+            return _Reading(replace(run, reason=refusal), [])
     crop = clean(mask, config.cleaning, region)
     clock.lap("cleaning")
     if crop is None:
-        return replace(run, reason=why_nothing_is_left(mask, config, frame))
+        return _Reading(replace(run, reason=why_nothing_is_left(mask, config, frame)), [])
     skeleton = skeletonize(crop)
     clock.lap("skeleton")
     if isinstance(config.linking, GreedyLinkingConfig):
         linked = _link_as_published(crop, skeleton, config.linking, config.segments.max_segments, clock)
     else:
-        linked = _link_by_bending(crop, skeleton, config, config.linking, clock, predicted, frame)
+        linked = _link_by_bending(
+            crop, skeleton, config, config.linking, clock, predicted, frame, None if soft is None else soft[0]
+        )
+        if soft is not None:
+            linked = linked._replace(lines=with_ends_that_go_on(linked.lines, *soft))
     lines, dropped = choose(linked.lines, config.linking, predicted)
     clock.lap("linking")
+    reason = None if lines else linked.reason or why_too_short(config.linking)
     run = replace(
         run,
         crop=crop,
@@ -143,20 +203,9 @@ def run_stages(
         walks=linked.walks,
         graph=linked.graph,
         dropped=dropped,
+        reason=reason,
     )
-    if not lines:
-        return replace(run, reason=linked.reason or why_too_short(config.linking))
-    curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
-    if run.graph is not None:  # the published method believes in all its joints
-        kept = [keep_to_mask(*one, crop, mask, config.fitting) for one in zip(lines, curves, strict=True)]
-        lines, curves = [line for line, _ in kept], [curve for _, curve in kept]
-    clock.lap("fitting")
-    detections = tuple(Detection._unchecked(line, curve) for line, curve in zip(lines, curves, strict=True))
-    crossings = find_crossings(detections, frame, config.lifting)
-    clock.lap("crossings")
-    detections = with_curves_in_space(detections, crossings, crop, frame, config, depth_edges)
-    clock.lap("lifting")
-    return replace(run, detections=detections, crossings=crossings)
+    return _Reading(run, lines)
 
 
 def _link_as_published(
@@ -184,6 +233,7 @@ def _link_by_bending(
     clock: _Clock,
     predicted: Sequence[Prediction],
     frame: Frame,
+    soft: npt.NDArray[np.uint8] | None,
 ) -> _Linked:
     """Link the branches by the default method."""
     graph, found = build_graph(crop, skeleton, config.segments.max_segments)
@@ -191,18 +241,24 @@ def _link_by_bending(
     if graph is None:
         return _Linked([], too_many(found, config.segments.max_segments))
     prior = TemporalPrior(predicted, crop, graph.width) if predicted else None
-    evidence = EvidenceMap.of(frame, crop, config.lifting)
+    evidence = EvidenceMap.of(frame, crop, config.lifting, soft)
     linked = link(crop, graph, linking, evidence, prior)
     return _Linked(linked.centerlines, graph=graph)
 
 
-def _mask(frame: Frame, segmenter: FrameSegmenter | None) -> AnyArray:
-    if frame.mask is not None:
-        return frame.mask
-    if segmenter is None:
-        raise InputError(
-            "nothing says what in the image is cable: give its colour, such as hsv='170:10,80:255,60:255' for red, "
-            "a segmenter, such as ColourModel.fit(image, strokes), or the frame a mask; "
-            "if the image is a mask itself, pass one channel of it: image[..., 0]"
-        )
-    return segmenter(frame)
+def _given(frame: Frame, segmenter: FrameSegmenter | None, config: Config) -> _Given:
+    mask, kind = frame.mask, frame.mask_is
+    if mask is None:
+        if segmenter is None:
+            raise InputError(
+                "nothing says what in the image is cable: give its colour, such as hsv='170:10,80:255,60:255' for red, "
+                "a segmenter, such as ColourModel.fit(image, strokes), or the frame a mask; "
+                "if the image is a mask itself, pass one channel of it: image[..., 0]"
+            )
+        mask = segmenter(frame)
+    if kind == "auto":
+        kind = config.segmentation.mask_is
+    is_soft = is_probability(mask) if kind == "auto" else kind == "probability"
+    return _Given(
+        mask, as_probability(mask) if is_soft else None, is_soft and kind == "auto" and mask.dtype.kind != "f"
+    )

@@ -21,7 +21,7 @@ from dloftbs.segmentation.plane import PlaneSegmenter
 from dloftbs.support.arrays import AnyArray, check_mask
 
 Segmenter = Callable[[npt.NDArray[np.uint8]], AnyArray]
-"""Any function from an image (H, W, 3) BGR uint8 to a mask (H, W): a network, say."""
+"""Any function from an image (H, W, 3) BGR uint8 to a mask or a probability (H, W): a network, say."""
 
 
 OfFrame = Callable[[Frame], AnyArray]
@@ -30,6 +30,8 @@ OfFrame = Callable[[Frame], AnyArray]
 
 class FrameSegmenter:
     """A callable ``frame -> mask`` that asks functions of the image, and joins with them what else says what is cable.
+
+    A probability, floating point, stays one where it is not joined with anything; else it is cable from one half on.
 
     Parameters
     ----------
@@ -115,11 +117,15 @@ def _of_image(name: str, segmenter: Segmenter) -> OfFrame:
 
 
 def _both(one: AnyArray, other: AnyArray) -> AnyArray:
-    return np.asarray((one != 0) & (other != 0))
+    return np.asarray(_is_cable(one) & _is_cable(other))
 
 
 def _either(one: AnyArray, other: AnyArray) -> AnyArray:
-    return np.asarray((one != 0) | (other != 0))
+    return np.asarray(_is_cable(one) | _is_cable(other))
+
+
+def _is_cable(mask: AnyArray) -> npt.NDArray[np.bool_]:
+    return np.asarray(mask >= 0.5 if mask.dtype.kind == "f" else mask != 0)
 
 
 def _checked(mask: AnyArray, size: tuple[int, int]) -> AnyArray:

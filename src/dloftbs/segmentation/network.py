@@ -1,4 +1,4 @@
-"""Image to mask by a network of the user's own, from an ONNX file."""
+"""Image to the probability of cable by a network of the user's own, from an ONNX file."""
 
 from __future__ import annotations
 
@@ -22,10 +22,11 @@ _PROVIDERS = ("CUDAExecutionProvider", "CPUExecutionProvider")  # those that sta
 
 
 class NetworkSegmenter:
-    """A callable ``image -> mask`` that runs a network with ONNX Runtime.
+    """A callable ``image -> probability`` that runs a network with ONNX Runtime.
 
     The input is ``(1, 3, H, W)`` or ``(1, H, W, 3)``, as the model states; the output a score for each pixel, in one
-    channel or several, of any size. An image of another size is scaled, and the scores are scaled back.
+    channel or several, of any size. An image of another size is scaled, and the probabilities are scaled back. Scores
+    are taken for probabilities where all, and the threshold, are in 0..1, and else for log-odds.
 
     Parameters
     ----------
@@ -67,8 +68,8 @@ class NetworkSegmenter:
             return given
         return (rows, columns) if rows is not None and columns is not None else None
 
-    def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
-        """Segment an image (H, W, 3) BGR.
+    def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+        """Return the probability of cable, (H, W) in 0..1, in an image (H, W, 3) BGR; it is one half at the threshold.
 
         Raises
         ------
@@ -80,15 +81,15 @@ class NetworkSegmenter:
         image = check_image(image)
         size = image.shape[0], image.shape[1]
         if 0 in size:
-            return np.zeros(size, bool)
+            return np.zeros(size, np.float32)
         rows, columns = self._size or size
         scaled = image if size == (rows, columns) else cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA)
         scores = self._scores(self._padded(scaled))
-        score, least = self._score(scores)
-        share = score.shape[0] / _up(rows, self._config.multiple), score.shape[1] / _up(columns, self._config.multiple)
-        own = score[: max(1, round(rows * share[0])), : max(1, round(columns * share[1]))]
+        sure = self._probability(scores)
+        share = sure.shape[0] / _up(rows, self._config.multiple), sure.shape[1] / _up(columns, self._config.multiple)
+        own = sure[: max(1, round(rows * share[0])), : max(1, round(columns * share[1]))]
         full = own if own.shape == size else cv2.resize(own, size[::-1], interpolation=cv2.INTER_LINEAR)
-        return np.asarray(full >= least)
+        return np.asarray(full, np.float32)
 
     def _padded(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[Any]:
         """Return the network's input: channels in its order, padded, scaled, in its layout."""
@@ -119,16 +120,30 @@ class NetworkSegmenter:
             found = found.transpose(2, 0, 1)
         return found.astype(np.float32)
 
-    def _score(self, scores: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.float32], float]:
-        """Return one score for each pixel, and from where on it is cable."""
-        channel = self._config.channel
-        if len(scores) == 1:
-            return scores[0], self._config.threshold
-        if channel is None:  # the largest of all but the ground's, against the ground's
-            return scores[1:].max(axis=0) - scores[0], float(np.finfo(np.float32).tiny)
-        if channel >= len(scores):
+    def _probability(self, scores: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Return the probability of each pixel: of a channel, or of the largest of all but the ground's against it."""
+        channel, least = self._config.channel, np.float32(self._config.threshold)
+        if channel is None and len(scores) > 1:
+            return _share(scores[1:].max(axis=0), scores[0])
+        if channel is not None and channel >= len(scores) > 1:
             raise ConfigError(f"{self._config.file}: onnx.channel is {channel}, the network has {len(scores)}")
-        return scores[channel], self._config.threshold
+        score = scores[0 if channel is None or len(scores) == 1 else channel]
+        if 0.0 < least < 1.0 and _in_0_to_1(score):
+            return _share(score * (1 - least), (1 - score) * least)
+        return _share(score, least)
+
+
+def _share(one: npt.NDArray[np.float32], other: npt.NDArray[np.float32] | np.float32) -> npt.NDArray[np.float32]:
+    """Return the probability of one of two: its share, of probabilities, or by the difference of log-odds."""
+    if _in_0_to_1(one) and _in_0_to_1(np.asarray(other)) and np.ndim(other):
+        both = one + other
+        return np.divide(one, both, out=np.zeros_like(one), where=both > 0)
+    with np.errstate(over="ignore"):
+        return np.asarray(1 / (1 + np.exp(other - one)), np.float32)
+
+
+def _in_0_to_1(values: npt.NDArray[np.float32]) -> bool:
+    return bool(values.min() >= 0.0 and values.max() <= 1.0)
 
 
 def _open(file: str) -> Any:

@@ -141,20 +141,31 @@ def looks_like_image(array: AnyArray) -> bool:
 
 
 def check_mask(mask: npt.ArrayLike, name: str = "mask") -> AnyArray:
-    """Return a mask as an array (H, W) of bool or integers.
+    """Return a mask as an array (H, W) of bool or integers; one of cables may be a floating-point probability, too.
 
     Raises
     ------
     InputError
-        If it has another shape or type.
+        If it has another shape or type, or a probability is not in 0..1.
     """
     array = _as_plane(name, mask)
-    if array.dtype.kind not in "biu":
+    if array.dtype.kind == "f" and name == "mask":
+        _check_probability(array)
+    elif array.dtype.kind not in "biu":
         remedy = f"; threshold it first: {name} > 0.5" if array.dtype.kind == "f" else ""
         raise InputError(
             f"{name} must be bool or integer, any non-zero being {_MARKED[name]}, got {array.dtype}{remedy}"
         )
     return array
+
+
+def _check_probability(array: AnyArray) -> None:
+    low, high = (float(array.min()), float(array.max())) if array.size else (0.0, 0.0)
+    if not (low >= 0.0 and high <= 1.0):  # NaN is neither
+        raise InputError(
+            f"mask must be a probability in 0..1 where it is floating point, got {low:.4g}..{high:.4g}; of scores, "
+            "give 1 / (1 + exp(-scores)), and of 0..255 mask.astype(np.uint8)"
+        )
 
 
 def check_depth(depth: npt.ArrayLike) -> AnyArray:

@@ -34,6 +34,9 @@ DEPTH_UNITS_M = 1e-9, 1e3
 MAX_WHOLE = 2**53
 """Largest integer that JSON and a float64 hold exactly: no index, id or number of frames is larger."""
 
+MASK_KINDS = ("auto", "binary", "probability", "labels")
+"""Meanings that the values of a mask may have."""
+
 _LONGEST_SHOWN = 200  # characters of a value in a message
 _MAX_SHOWN = 8  # numbers of an array, items of a list and keys in a message
 _LEVELS = 3  # of lists within lists in a message
@@ -81,6 +84,13 @@ def check_number(name: str, value: object, low: float, high: float, error: type[
     if number is None or not low <= number <= high:
         raise error(f"{name} must be a finite number in {low:g}..{high:g}, got {shown(value)}")
     return number
+
+
+def check_mask_kind(value: object, error: type[DloftbsError] = InputError) -> str:
+    """Return what the values of a mask are; raise the error if it is none of `MASK_KINDS`."""
+    if not isinstance(value, str) or value not in MASK_KINDS:
+        raise error(f"mask_is must be one of {', '.join(MASK_KINDS)}, got {shown(value)}")
+    return value
 
 
 def check_text(name: str, value: object) -> str:

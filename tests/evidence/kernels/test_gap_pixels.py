@@ -8,7 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from dloftbs.evidence.kernels.gap_pixels import lay_ways, list_unknown, transform
+from dloftbs.evidence.kernels.gap_pixels import (
+    IS_CABLE,
+    IS_NEITHER,
+    lay_ways,
+    list_unknown,
+    mark_probable,
+    transform,
+)
 
 seeds = st.integers(0, 2**31)
 
@@ -109,3 +116,29 @@ def test_points_are_moved_as_a_product_of_matrices_does(seed: int) -> None:
     rng = np.random.default_rng(seed)
     points, matrix, offset = rng.normal(0.0, 99.0, (rng.integers(0, 5), 2)), rng.normal(size=(2, 2)), rng.normal(size=2)
     np.testing.assert_allclose(transform(points, matrix, offset), points @ matrix.T + offset)
+
+
+@given(seeds)
+def test_places_that_are_somewhat_probable_are_those_of_the_literal_twin(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    soft = np.kron(rng.integers(0, 40, (10, 14)), np.ones((6, 6))).astype(np.uint8)
+    mask = np.kron(rng.random((10, 14)) < 0.2, np.ones((6, 6))).astype(np.uint8)
+    states = np.column_stack((rng.uniform(-4.0, 88.0, 6), rng.uniform(-4.0, 64.0, 6), np.ones(6), np.zeros(6)))
+    width = rng.uniform(1.0, 9.0)
+    ways, steps = lay_ways(states, np.array([(0, 1), (2, 3), (4, 5)]), width)
+    told = rng.choice(np.array([0, 0, IS_NEITHER], np.uint8), ways.shape[:2])
+    expected = told.copy()
+    for p, k in np.ndindex(told.shape):
+        x, y, dx, dy = ways[p, k]
+        near = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
+        on_mask = any(pixel(mask, x + across, y + down) for across, down in near)
+        seen = [pixel(soft, x - a * width * dy, y + a * width * dx) for a in (-0.4, -0.2, 0.0, 0.2, 0.4)]
+        if 0 < k < steps[p] and told[p, k] == 0 and not on_mask and max(seen) >= 16:
+            expected[p, k] = IS_CABLE
+    mark_probable(soft, mask, ways, steps, width, told)
+    np.testing.assert_array_equal(told, expected)
+
+
+def pixel(pixels: np.ndarray, x: float, y: float) -> int:
+    column, row = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
+    return int(pixels[row, column]) if 0 <= row < pixels.shape[0] and 0 <= column < pixels.shape[1] else 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 from numba import float64, int64, uint8
@@ -24,6 +26,7 @@ from dloftbs.evidence.kernels.colours import (
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y
+from dloftbs.kernels.shared.soft_masks import ASIDE_WIDTHS, LEAST_PROBABLE
 
 IS_GROUND, IS_CABLE, IS_NEITHER = 1, 2, 3
 """Codes of the places of a way; 0 is unknown.
@@ -318,6 +321,41 @@ def mark_covered(
             inside = 0 <= row < occluders.shape[0] and 0 <= column < occluders.shape[1]
             if inside and occluders[row, column] != 0:
                 told[p, k] = IS_NEITHER
+
+
+@kernel(read(uint8, 2), read(uint8, 2), read(float64, 3), read(int64, 1), float64, write(uint8, 2))
+def mark_probable(
+    soft: npt.NDArray[np.uint8],
+    mask: npt.NDArray[np.uint8],
+    ways: npt.NDArray[np.float64],
+    steps: npt.NDArray[np.int64],
+    width: float,
+    told: npt.NDArray[np.uint8],
+) -> None:
+    """Mark the places of the ways between ends, beside the mask, that are somewhat probably cable.
+
+    Parameters
+    ----------
+    soft : (h, w) uint8
+        Probability, of 256.
+    mask : (h, w) uint8
+    ways, steps
+        As `lay_ways` makes them.
+    width : float
+        px.
+    told : (k, s) uint8
+        `IS_CABLE` is written at such places where it is 0, unknown.
+    """
+    for p in range(len(ways)):
+        for k in range(1, steps[p]):
+            x, y, dx, dy = ways[p, k]
+            if told[p, k] != 0 or is_on_mask(mask, x, y, CLEAR_PX):
+                continue
+            for aside in ASIDE_WIDTHS:
+                row, column = math.floor(y + aside * width * dx + 0.5), math.floor(x - aside * width * dy + 0.5)
+                inside = 0 <= row < soft.shape[0] and 0 <= column < soft.shape[1]
+                if inside and soft[row, column] >= LEAST_PROBABLE:
+                    told[p, k] = IS_CABLE
 
 
 @kernel(read(float64, 2), read(int64, 2), read(int64, 1), read(uint8, 2), float64)

@@ -1,0 +1,115 @@
+"""Probabilities around a centre line: the value ahead of an end, and the border to both sides."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from numba import boolean, float64, int64, uint8
+
+from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.soft_masks import AHEAD_WIDTHS, ASIDE_WIDTHS
+
+
+@helper
+def _tip_and_back(points: npt.NDArray[np.float64], at_end: bool, back: int) -> tuple[int, int]:
+    """Return the places in a line of its tip, and of the point by which the tip's direction is measured."""
+    back = min(back, len(points) - 1)
+    return (len(points) - 1, len(points) - 1 - back) if at_end else (0, back)
+
+
+@kernel(read(float64, 2), boolean, read(uint8, 2), float64, int64)
+def least_ahead(
+    points: npt.NDArray[np.float64], at_end: bool, soft: npt.NDArray[np.uint8], width: float, limit: int
+) -> int:
+    """Return the value that is nowhere missing ahead of an end; -1 where another object or the border lies there.
+
+    Parameters
+    ----------
+    points : (n, 2) float64
+        Of a centre line, ``(x, y)`` px.
+    at_end : bool
+        Which end: that of the last point.
+    soft : (h, w) uint8
+        Probability, of 256.
+    width : float
+        px.
+    limit : int
+        What is less is ground.
+
+    Returns
+    -------
+    int
+        Of the values below the limit across each place ahead the largest, and of these the least.
+    """
+    tip, other = _tip_and_back(points, at_end, math.ceil(AHEAD_WIDTHS[-1] * width))
+    dx, dy = points[tip, 0] - points[other, 0], points[tip, 1] - points[other, 1]
+    length = math.sqrt(dx * dx + dy * dy)
+    if length == 0.0:
+        return -1
+    dx, dy = dx / length * width, dy / length * width
+    least = limit
+    for along in AHEAD_WIDTHS:
+        most = -1
+        for aside in ASIDE_WIDTHS:
+            column = math.floor(points[tip, 0] + along * dx - aside * dy + 0.5)
+            row = math.floor(points[tip, 1] + along * dy + aside * dx + 0.5)
+            if row < 0 or column < 0 or row >= soft.shape[0] or column >= soft.shape[1]:
+                return -1
+            value = int(soft[row, column])
+            if value < limit:
+                most = max(most, value)
+        least = min(least, most)
+    return least
+
+
+@helper
+def _interpolated(soft: npt.NDArray[np.uint8], x: float, y: float) -> float:
+    """Return the probability between four pixels; beyond the border as on it."""
+    x, y = min(max(x, 0.0), soft.shape[1] - 1.0), min(max(y, 0.0), soft.shape[0] - 1.0)
+    column, row = int(x), int(y)
+    right, below = min(column + 1, soft.shape[1] - 1), min(row + 1, soft.shape[0] - 1)
+    u, v = x - column, y - row
+    upper = (1.0 - u) * soft[row, column] + u * soft[row, right]
+    lower = (1.0 - u) * soft[below, column] + u * soft[below, right]
+    return float((1.0 - v) * upper + v * lower)
+
+
+@kernel(read(float64, 2), read(uint8, 2), float64)
+def soft_width(points: npt.NDArray[np.float64], soft: npt.NDArray[np.uint8], width: float) -> float:
+    """Return the median distance between the borders to both sides, where the probability is half of that between them.
+
+    Parameters
+    ----------
+    points : (n, 2) float64
+        Of a centre line, ``(x, y)`` px.
+    soft : (h, w) uint8
+        Probability, of 256.
+    width : float
+        px; a border is sought up to as far to either side.
+
+    Returns
+    -------
+    float
+        px.
+    """
+    back, steps = math.ceil(0.5 * width), math.ceil(width)
+    widths = np.zeros(len(points))
+    for at in range(len(points)):
+        first, last = max(at - back, 0), min(at + back, len(points) - 1)
+        dx, dy = points[last, 0] - points[first, 0], points[last, 1] - points[first, 1]
+        length = max(math.sqrt(dx * dx + dy * dy), 1e-9)
+        half = 0.5 * _interpolated(soft, points[at, 0], points[at, 1])
+        for side in (-1.0, 1.0):
+            before, step = 2.0 * half, 0
+            while step < steps:
+                step += 1
+                aside = side * step / length
+                value = _interpolated(soft, points[at, 0] - aside * dy, points[at, 1] + aside * dx)
+                if value < half:
+                    widths[at] += (half - before) / (value - before) - 1.0
+                    break
+                before = value
+            widths[at] += step
+    return float(np.median(widths))

@@ -1,0 +1,66 @@
+"""Centre lines of a mask that is a probability: their width, and whether they go on beyond an end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.data.centerline import Centerline, NearJoint
+from dloftbs.kernels.shared.soft_masks import AHEAD_WIDTHS
+from dloftbs.linking.kernels.soft_borders import least_ahead, soft_width
+from dloftbs.linking.soft_end_weights import GOES_ON
+
+_Plane = npt.NDArray[np.uint8]
+
+
+def with_ends_that_go_on(lines: Sequence[Centerline], soft: _Plane, limit: int) -> list[Centerline]:
+    """Return centre lines with near joints where the probability shows more of the cable ahead of an end.
+
+    Parameters
+    ----------
+    lines : sequence of Centerline
+        Of what is at least `limit`.
+    soft : numpy.ndarray, shape (H, W), uint8
+        The probability, of 256.
+    limit : int
+    """
+    return [line if line.closed else line._with_near_joints(_near_joints(line, soft, limit)) for line in lines]
+
+
+def with_soft_widths(lines: Sequence[Centerline], soft: _Plane) -> list[Centerline]:
+    """Return centre lines that are no wider than up to where the probability is half of what it is along them.
+
+    Parameters
+    ----------
+    lines : sequence of Centerline
+    soft : numpy.ndarray, shape (H, W), uint8
+        The probability, of 256.
+    """
+    return [line._narrowed(min(soft_width(line.points, soft, line.width_px) / line.width_px, 1.0)) for line in lines]
+
+
+def goes_on(value: int) -> float:
+    """Return the probability that a cable goes on ahead of an end, where the mask's probability is as much of 256."""
+    base, per_log = GOES_ON
+    return 1.0 / (1.0 + math.exp(-(base + per_log * math.log((value + 1) / 256.0))))
+
+
+def _near_joints(line: Centerline, soft: _Plane, limit: int) -> tuple[NearJoint, ...]:
+    """Return the most probable place where each end goes on: across a gap, or where the probability shows it."""
+    surest = {near.u: near for near in line.near_joints}
+    points, reach = line.points, AHEAD_WIDTHS[-1] * line.width_px
+    for u in (0.0, 1.0):
+        value = least_ahead(points, u == 1.0, soft, line.width_px, limit)
+        if value < 1:
+            continue
+        confidence = goes_on(value)
+        if u not in surest or confidence > surest[u].confidence:
+            tip, other = (-1, -1 - math.ceil(reach)) if u == 1.0 else (0, math.ceil(reach))
+            other = min(max(other, -len(points)), len(points) - 1)
+            ahead = points[tip] - points[other]
+            x, y = (points[tip] + ahead / np.hypot(*ahead) * reach).tolist()
+            surest[u] = NearJoint(u, (x, y), confidence)
+    return tuple(surest[u] for u in sorted(surest))

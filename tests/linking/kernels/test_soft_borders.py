@@ -1,0 +1,110 @@
+"""What a probability shows ahead of an end and to the sides of a cable, against slow twins."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.ndimage import map_coordinates
+
+from dloftbs.linking.kernels.soft_borders import least_ahead, soft_width
+
+SIZE = (120, 200)
+
+Points = npt.NDArray[np.float64]
+
+
+def line_of(start: tuple[float, float], stop: tuple[float, float]) -> Points:
+    count = max(int(math.dist(start, stop)), 2)
+    return np.linspace(start, stop, count)
+
+
+def slowly_ahead(points: Points, at_end: bool, soft: np.ndarray, width: float, limit: int) -> int:
+    own = points[::-1] if at_end else points
+    ahead = own[0] - own[min(math.ceil(1.5 * width), len(own) - 1)]
+    if not ahead.any():
+        return -1
+    ahead = ahead / np.hypot(*ahead) * width
+    found = []
+    for along in (1.0, 1.25, 1.5):
+        values = []
+        for aside in (-0.4, -0.2, 0.0, 0.2, 0.4):
+            x, y = np.floor(own[0] + along * ahead + aside * np.array([-ahead[1], ahead[0]]) + 0.5).astype(int)
+            if not (0 <= y < soft.shape[0] and 0 <= x < soft.shape[1]):
+                return -1
+            values.append(int(soft[y, x]))
+        found.append(max((value for value in values if value < limit), default=-1))
+    return min(found)
+
+
+def slow_width(points: Points, soft: np.ndarray, width: float) -> float:
+    back = math.ceil(0.5 * width)
+    steps = np.arange(math.ceil(width) + 1)
+    found = []
+    for at in range(len(points)):
+        along = points[min(at + back, len(points) - 1)] - points[max(at - back, 0)]
+        across = np.array([-along[1], along[0]]) / max(np.hypot(*along), 1e-9)
+        total = 0.0
+        for sign in (-1.0, 1.0):
+            x, y = (points[at] + sign * steps[:, None] * across).T
+            values = map_coordinates(soft.astype(float), (y, x), order=1, mode="nearest")
+            below = np.flatnonzero(values < 0.5 * values[0])
+            if len(below) == 0:
+                total += steps[-1]
+            else:
+                outside, inside = values[below[0]], values[below[0] - 1]
+                total += below[0] - 1 + (inside - 0.5 * values[0]) / (inside - outside)
+        found.append(total)
+    return float(np.median(found))
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> tuple[Points, np.ndarray, float]:
+    seed = draw(st.integers(0, 10_000))
+    rng = np.random.default_rng(seed)
+    start, stop = rng.uniform((0.0, 0.0), SIZE[::-1]), rng.uniform((0.0, 0.0), SIZE[::-1])
+    width = rng.uniform(1.0, 14.0)
+    mask = np.zeros(SIZE, np.uint8)
+    ends = [np.rint(start).astype(int).tolist(), np.rint(stop).astype(int).tolist()]
+    cv2.line(mask, *ends, int(rng.integers(60, 256)), max(round(width), 1))
+    soft = cv2.GaussianBlur(mask, None, rng.uniform(0.5, 4.0)) | rng.integers(0, 8, SIZE).astype(np.uint8)
+    return line_of(tuple(start), tuple(stop)), soft, width
+
+
+@given(scenes(), st.booleans(), st.sampled_from([128, 64, 32, 16]))
+def test_what_lies_ahead_is_that_of_the_slow_twin(
+    scene: tuple[Points, np.ndarray, float], at_end: bool, limit: int
+) -> None:
+    points, soft, width = scene
+    assert least_ahead(points, at_end, soft, width, limit) == slowly_ahead(points, at_end, soft, width, limit)
+
+
+@given(scenes())
+def test_the_width_is_that_of_the_slow_twin(scene: tuple[Points, np.ndarray, float]) -> None:
+    points, soft, width = scene
+    assert soft_width(points, soft, width) == pytest.approx(slow_width(points, soft, width), abs=1e-6)
+
+
+@pytest.mark.parametrize("width", [4.0, 9.0, 20.0])
+@pytest.mark.parametrize("peak", [255, 60])
+def test_a_blurred_bar_is_as_wide_as_it_was(width: float, peak: int) -> None:
+    mask = np.zeros(SIZE, np.uint8)
+    mask[60 : 60 + int(width)] = peak
+    points = line_of((20.0, 59.5 + 0.5 * width), (180.0, 59.5 + 0.5 * width))
+    blurred = cv2.GaussianBlur(mask, None, width / 6.0)
+    assert soft_width(points, blurred, 1.5 * width) == pytest.approx(width, abs=0.6)
+
+
+def test_an_end_at_the_border_or_on_another_cable_has_nothing_ahead() -> None:
+    soft = np.zeros(SIZE, np.uint8)
+    points = line_of((20.0, 60.0), (100.0, 60.0))
+    assert least_ahead(points, True, soft, 8.0, 32) == 0
+    assert least_ahead(points[:12], False, soft, 14.0, 32) == -1
+    soft[:, 106:] = 200
+    assert least_ahead(points, True, soft, 8.0, 32) == -1
+    assert least_ahead(points, True, soft, 8.0, 255) == 200
