@@ -22,8 +22,8 @@ class TestFrame:
     @pytest.mark.parametrize(
         ("fields", "message"),
         [
-            ({}, "needs an image or a mask, got neither"),
-            ({"depth": DEPTH}, "needs an image or a mask"),
+            ({}, "needs an image, a mask or instances, got none"),
+            ({"depth": DEPTH}, "needs an image, a mask or instances"),
             ({"image": MASK}, r"image must have shape \(H, W, 3\) and type uint8, got \(4, 6\) of uint8"),
             ({"image": np.zeros((4, 6, 4), np.uint8)}, r"got \(4, 6, 4\) of uint8"),
             ({"image": IMAGE.astype(float)}, r"got \(4, 6, 3\) of float64"),

@@ -260,7 +260,7 @@ def test_npz_with_a_member_that_is_no_array(tmp_path):
 
 
 def test_depth_alone_is_no_source():
-    with pytest.raises(InputError, match="images or masks must be given"):
+    with pytest.raises(InputError, match="images, masks or instances must be given"):
         sources.ArraySource("x", depth=DEPTH)
 
 
