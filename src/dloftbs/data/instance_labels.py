@@ -154,6 +154,8 @@ def _mask_of(name: str, one: object, size: Size | None) -> AnyArray:
         if _SEGMENTATION not in one and "counts" not in one:
             raise InputError(f"{name} must have the key {_SEGMENTATION!r}, as SAM's do, got {shown(one)}")
         name, one = f"{name}[{_SEGMENTATION!r}]", one.get(_SEGMENTATION, one)
+        if isinstance(one, list):
+            raise InputError(f"{name} is a polygon; masks and run lengths are taken, and polygons in a file of COCO")
     if isinstance(one, Mapping):
         if size is not None and "size" in one:  # before pixels are made
             _check_same(name, check_size("size", one["size"], least=0), size)

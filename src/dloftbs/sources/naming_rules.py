@@ -71,7 +71,7 @@ def without_partners(paths: Sequence[Path], rule: str) -> list[Path]:
     partners = {partner for group in groups for partner in group}
     colour = []
     for path, group in zip(paths, groups, strict=True):
-        if _normal(path) in partners:
+        if _normal(path) in partners and not (is_pattern(rule) and group):  # one with objects of its own is a frame
             continue
         if stem_under(path, rule) is not None and not any(os.path.exists(partner) for partner in group):
             if not is_pattern(rule) or not is_union(path):

@@ -47,7 +47,9 @@ def object_reads(where: str, beside: Sequence[Path] | None) -> list[Read]:
     if is_rule(where):
         if beside is None:
             raise InputError(f"the naming rule {where!r} needs frames in files of their own")
-        return [partial(_read, files, where) for files in partners_of(beside, where)]
+        frames = {Path(os.path.normpath(path)) for path in beside} if is_pattern(where) else ()
+        groups = partners_of(beside, where)
+        return [partial(_read, [file for file in files if file not in frames], where) for files in groups]
     path = Path(os.path.expanduser(where))
     check_place(path, f"instances: there is no file {where!r}, and it is no naming rule with {STEM}")
     coco = read_coco(path) if path.suffix.lower() == ".json" else None

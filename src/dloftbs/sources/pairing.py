@@ -9,6 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Literal, Protocol
 
+import numpy as np
+
 from dloftbs.camera import DepthRegistration
 from dloftbs.data.frame import Frame
 from dloftbs.data.instance_labels import Size
@@ -211,7 +213,7 @@ def _with(
             return without
         if registration is not None:
             array = registration.register(array, frame.size)
-        return _give(without, what, array)
+        return _give(frame, what, array)
     except InputError as error:
         if what == "depth":  # another size is no fault of one file
             raise InputError(f"{frame.name}: {error}") from error
@@ -228,7 +230,8 @@ def _give(frame: Frame, what: What, array: AnyArray | None) -> Frame:
         case "occluders":
             return replace(frame, occluders=array)
         case "instances":
-            return replace(frame, instances=array)
+            is_their_mask = frame.instances is not None and np.array_equal(frame.mask != 0, frame.instances != 0)
+            return replace(frame, instances=array, mask=None if is_their_mask and array is not None else frame.mask)
 
 
 def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partner:
