@@ -108,7 +108,7 @@ def test_no_object_is_ground_alone_where_the_size_is_known(given):
         ([A, B * 0.5], r"instances\[1\] must be bool or integer, got float64; threshold it first: x > 0\.5"),
         (np.stack([A, B]) * 0.5, r"instances must be bool or integer, got float64; threshold it first"),
         (LABELS * 1.0, "instances must be bool or integer, got float64"),
-        (LABELS.astype(int) - 1, r"at least 0, the ground, got -1; x\.clip\(0\)"),
+        (LABELS.astype(int) - 1, r"at least 0, the ground, got -1; add 1 where -1 is the ground"),
         (LABELS.astype(int) * 40000, "at most 65535, got 80000; number them anew"),
         (np.zeros((6, 8, 3), np.uint8), r"instances must be a label image .* got a picture in colour, \(6, 8, 3\)"),
         (np.zeros((2, 2, 2, 6, 8), bool), r"got \(2, 2, 2, 6, 8\) of bool"),

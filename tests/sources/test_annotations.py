@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import json
 import logging
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
@@ -246,3 +247,28 @@ class TestCocoFile:
 def log(caplog):
     caplog.set_level(logging.WARNING, "dloftbs.sources")
     return caplog
+
+
+VALID = [
+    json.dumps(coco([[BAR], encode(mask(1))])),
+    json.dumps([{"segmentation": encode(mask(0))}]),
+    json.dumps(labelme(shape(PAIRS[0]), shape([[10, 1], [13, 18]], "mask", mask=as_png(np.ones((18, 4), np.uint8))))),
+    yolo(BAR, POST),
+]
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.sampled_from(VALID), st.lists(st.tuples(st.integers(0, 5000), st.binary(max_size=3)), max_size=4), st.booleans()
+)
+def test_bytes_that_are_changed_give_labels_or_an_error_of_ours(tmp_path_factory, text, changes, is_known):
+    data = bytearray(text.encode())
+    for at, new in changes:
+        at %= len(data) + 1
+        data[at : at + len(new)] = new
+    path = tmp_path_factory.getbasetemp() / ("changed.txt" if text == VALID[-1] else "changed.json")
+    path.write_bytes(data)
+    with contextlib.suppress(SourceError):
+        labels = read_annotations(path, SIZE if is_known else None)
+        assert labels.dtype == np.uint16
+        assert labels.shape == SIZE or not is_known

@@ -178,7 +178,7 @@ def _checked(labels: AnyArray, size: Size | None) -> Labels:
     _check_kind("instances", labels)
     _same_size("instances", labels, size)
     if labels.dtype.kind == "i" and labels.size and labels.min() < 0:
-        raise InputError(f"instances must be at least 0, the ground, got {labels.min()}; x.clip(0) if that is ground")
+        raise InputError(f"instances must be at least 0, the ground, got {labels.min()}; add 1 where -1 is the ground")
     if labels.dtype.itemsize > 2 and labels.size and labels.max() > MAX_LABEL:
         raise InputError(f"instances must be at most {MAX_LABEL}, got {labels.max()}; number them anew")
     return labels.astype(np.uint16, copy=False)
