@@ -80,6 +80,7 @@ def yolo(*polygons: list[float]) -> str:
         },
         [{"segmentation": encode(mask(number)), "area": 5, "bbox": [1, 2, 3, 4]} for number in (0, 1)],
         labelme(shape(PAIRS[0]), shape(PAIRS[1])),
+        {**labelme(shape(PAIRS[0]), shape(PAIRS[1])), "imageHeight": 20.0, "imageWidth": 30.0},
         labelme(shape(PAIRS[0]), shape([[10, 1], [13, 18]], "mask", mask=as_png(np.full((18, 4), 255, np.uint8)))),
     ],
 )
@@ -155,6 +156,9 @@ def test_the_outlines_of_a_mask_fill_to_it(tmp_path_factory, pixels):
         ("a.json", {"a": 1}, r"must be JSON of labelme \('shapes'\), of SAM, or of COCO with one image"),
         ("a.json", {**coco([]), "images": []}, "of COCO with one image"),
         ("a.json", [], "does not say the size of the picture"),
+        ("a.json", {**labelme(), "imageHeight": -5}, r"size of the picture must be two positive integers"),
+        ("a.json", {**labelme(), "imageHeight": 10**40}, r"size of the picture must be two positive integers"),
+        ("a.json", [{"segmentation": {"size": [0, 5], "counts": []}}], r"size of the picture must be two positive"),
         ("a.json", coco([5]), "a segmentation must be run lengths or polygons, got 5"),
         ("a.json", coco([[[1, 2, 3, 4]]]), "a polygon must have three corners or more"),
         ("a.json", coco([[[1, 2, 3, 4, 5]]]), "a polygon must be pairs of numbers"),
@@ -236,6 +240,14 @@ class TestCocoFile:
         with pytest.raises(SourceError, match=r"coco\.json: 0\.png: a segmentation must be run lengths or polygons"):
             found.read(Path("0.png"), SIZE)
         np.testing.assert_array_equal(found.read(Path("1.png"), SIZE), mask(1))
+
+    def test_boxes_alone_are_no_objects_but_keep_their_numbers(self, tmp_path, caplog):
+        content = coco([[BAR], None, [POST], []])
+        content["annotations"].append({"image_id": 5, "bbox": [1, 2, 3, 4]})
+        found = read_coco(save(tmp_path / "coco.json", content))
+        assert found is not None
+        assert "left out 3 of 5 annotations, which have no segmentation" in caplog.text
+        np.testing.assert_array_equal(found.read(Path("a.png"), SIZE), np.array([0, 1, 3])[expected()])
 
     def test_another_format_is_none(self, tmp_path):
         assert read_coco(save(tmp_path / "a.json", labelme(shape(PAIRS[0])))) is None

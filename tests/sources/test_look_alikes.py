@@ -72,22 +72,30 @@ def test_masks_of_single_objects_are_told_with_the_rule_of_instances(tmp_path, l
     assert log.messages == []
 
 
-def test_masks_of_single_objects_without_pictures_are_told_once(tmp_path, log):
-    names = [f"frame_{t}_mask_{k}.png" for t in range(3) for k in range(2)]
+@pytest.mark.parametrize("ending", ["_mask_", "_mask", ".seg-", "_obj", "_object_", "-instance_"])
+def test_masks_of_single_objects_without_pictures_are_told_once(tmp_path, log, ending):
+    names = [f"frame_{t}{ending}{k}.png" for t in range(3) for k in range(2)]
     save(tmp_path, *names, pixels=COLOUR[:, :, 1])
     with sources.open(tmp_path) as source:
         assert len(list(source)) == 6
     (message,) = log.messages
-    assert "frame_0_mask_0.png and frame_0_mask_1.png look like masks of two objects in one frame" in message
-    assert 'give instances="{stem}_mask_*.png" (--instances "{stem}_mask_*.png")' in message
+    rule = f"{{stem}}{ending}*.png"
+    assert f"{names[0]} and {names[1]} look like masks of two objects in one frame" in message
+    assert f'give instances="{rule}" (--instances "{rule}")' in message
     log.clear()
-    with sources.open(tmp_path, instances="{stem}_mask_*.png") as source:
+    with sources.open(tmp_path, instances=rule) as source:
         assert len(list(source)) == 3
     assert log.messages == []
 
 
 @pytest.mark.parametrize(
-    "names", [["cam_mask_0.png", "cam_mask_1.png", "cam_mask_2.png"], ["a_mask_0.png", "b_mask_0.png"]]
+    "names",
+    [
+        ["cam_mask_0.png", "cam_mask_1.png", "cam_mask_2.png"],
+        ["a_mask_0.png", "b_mask_0.png"],
+        ["a_obj.png", "a.png"],
+        ["a_1.png", "a_2.png", "b_1.png", "b_2.png"],
+    ],
 )
 def test_a_stream_of_masks_is_no_frame_of_many_objects(tmp_path, log, names):
     save(tmp_path, *names, pixels=COLOUR[:, :, 1])

@@ -80,6 +80,9 @@ def test_a_folder_for_each_frame(tmp_path):
     touch(tmp_path, "masks/a/0.png", "masks/a/1.png", "masks/a/notes.csv", "masks/b/a_0.png", "masks/b/b_0.png")
     assert names(partners_of(paths, "../masks/{stem}/*.png")) == [["0.png", "1.png"], ["a_0.png", "b_0.png"], []]
     assert names(partners_of(paths, "../masks/{stem}/{stem}_*.png")) == [[], ["b_0.png"], []]
+    touch(tmp_path, "masks/a_1.png", "masks/c_1.png", "masks/c_2.png")
+    assert names(partners_of(paths, "../masks/{stem}_*.png")) == [["a_1.png"], [], ["c_1.png", "c_2.png"]]
+    assert names(partners_of(paths, "../none/{stem}_*.png")) == [[], [], []]
 
 
 def test_frames_are_what_is_nobodys_partner(tmp_path, caplog):

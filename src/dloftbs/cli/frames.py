@@ -25,7 +25,7 @@ NO_COLOUR = (
     "{name} is a colour image, and nothing says what in it is cable: "
     "draw on the cable, then add --config cable.yaml:\n"
     "    {tune}\n"
-    "or name its colour, e.g. --hsv red or --hsv 170:10,80:255,60:255, or give masks with --masks, or, if the image is "
+    "or name its colour, e.g. --hsv red or --hsv 170:10,80:255,60:255, or give masks with --masks or --instances, or, if the image is "
     "a mask itself, --kind mask"
 )
 

@@ -21,7 +21,7 @@ from dloftbs.sources.pixels import MAX_PIXELS, check_pixels, decode, read_bytes
 from dloftbs.sources.source import logger
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.documents import parse_json
-from dloftbs.support.values import shown
+from dloftbs.support.values import check_size, shown
 
 ANNOTATION_SUFFIXES = (".json", ".txt")
 """Of files that hold the masks of a frame as polygons or run lengths."""
@@ -34,25 +34,25 @@ Source: YOLO's format of detection.
 
 class _Image(msgspec.Struct):
     file_name: str = ""
-    id: int | str | None = None
-    height: int | None = None
-    width: int | None = None
+    id: int | float | str | None = None
+    height: int | float | None = None
+    width: int | float | None = None
 
     @property
     def size(self) -> Size | None:
-        return None if self.height is None or self.width is None else (self.height, self.width)
+        return _size(self.height, self.width)
 
 
 class _Annotation(msgspec.Struct):
-    image_id: int | str | None = None
+    image_id: int | float | str | None = None
     segmentation: Any = None
 
 
 class _Shape(msgspec.Struct):
     points: Any = None
     shape_type: str | None = "polygon"
-    label: str | None = None
-    group_id: int | str | None = None
+    label: int | float | str | None = None
+    group_id: int | float | str | None = None
     mask: str | None = None
 
 
@@ -63,8 +63,8 @@ class _Document(msgspec.Struct, rename={"height": "imageHeight", "width": "image
     annotations: list[_Annotation] | None = None
     image: _Image | None = None
     shapes: list[_Shape] | None = None
-    height: int | None = None
-    width: int | None = None
+    height: int | float | None = None
+    width: int | float | None = None
 
 
 def read_annotations(path: Path, size: Size | None = None) -> Labels:
@@ -126,7 +126,12 @@ class CocoFile:
         self._images: dict[str, list[_Image]] = {}
         for image in images:
             self._images.setdefault(_base_name(image.file_name), []).append(image)
-        self._annotations: dict[int | str | None, list[_Annotation]] = {}
+        self._annotations: dict[int | float | str | None, list[_Annotation]] = {}
+        boxes = sum(not annotation.segmentation for annotation in annotations)
+        if boxes:
+            logger.warning(
+                "%s: left out %d of %d annotations, which have no segmentation", path, boxes, len(annotations)
+            )
         for annotation in annotations:
             self._annotations.setdefault(annotation.image_id, []).append(annotation)
 
@@ -171,12 +176,19 @@ def _of_json(document: _Document | list[_Annotation], size: Size | None, path: P
     if isinstance(document, list):
         return _of_annotations(document, size, None)
     if document.shapes is not None:
-        own = None if document.height is None or document.width is None else (document.height, document.width)
-        return paint(_of_shapes(document.shapes, _one_size(size, own), path), _one_size(size, own))
+        known = _one_size(size, _size(document.height, document.width))
+        return paint(_of_shapes(document.shapes, known, path), known)
     images = [document.image] if document.image is not None else document.images or []
     if document.annotations is None or len(images) != 1:
         raise InputError("must be JSON of labelme ('shapes'), of SAM, or of COCO with one image ('annotations')")
     return _of_annotations(document.annotations, size, images[0].size)
+
+
+def _size(height: float | None, width: float | None) -> Size | None:
+    """Return the size that a file says, in whole numbers; None where it says none."""
+    if height is None or width is None:
+        return None
+    return check_size("size of the picture", (int(height), int(width)))
 
 
 def _one_size(size: Size | None, own: Size | None) -> Size:
@@ -200,8 +212,8 @@ def _of_annotations(annotations: Sequence[_Annotation], size: Size | None, own: 
 def _size_of(segmentation: Any) -> Size | None:
     """Return the size that run lengths say; None of polygons."""
     match segmentation:
-        case {"size": [int(rows), int(columns)]} if min(rows, columns) > 0:
-            return rows, columns
+        case {"size": [int(rows), int(columns)]}:
+            return _size(rows, columns)
     return None
 
 
@@ -209,6 +221,7 @@ def _of_segmentation(segmentation: Any, size: Size) -> AnyArray:
     """Return the mask (H, W) of run lengths, or of polygons, which are the parts of one object."""
     if isinstance(segmentation, dict):
         return as_labels([{"segmentation": segmentation}], size)
+    segmentation = segmentation or []  # a box alone
     if not isinstance(segmentation, list):
         raise InputError(f"a segmentation must be run lengths or polygons, got {shown(segmentation)}")
     polygons = segmentation if not segmentation or isinstance(segmentation[0], list) else [segmentation]

@@ -9,7 +9,8 @@ from pathlib import Path
 from dloftbs.sources.source import logger
 
 _LABEL_NAME = re.compile(
-    r"(?P<stem>.+?)(?P<ending>[_.-](?:masks?|labels?|segmentation|seg)(?:[_.-](?:all|(?P<number>[0-9]+)))?)",
+    r"(?P<stem>.+?)(?P<ending>[_.-](?:masks?|labels?|segmentation|seg|(?:obj(?:ect)?|inst(?:ance)?)(?=[_.-]?[0-9]))"
+    r"(?:[_.-]all|[_.-]?(?P<number>[0-9]+))?)",
     re.IGNORECASE,
 )
 """Endings of stems by which annotation tools and data sets name label images; a number is that of one object."""
