@@ -25,8 +25,8 @@ NO_COLOUR = (
     "{name} is a colour image, and nothing says what in it is cable: "
     "draw on the cable, then add --config cable.yaml:\n"
     "    {tune}\n"
-    "or name its colour, e.g. --hsv red or --hsv 170:10,80:255,60:255, or give masks with --masks or --instances, or, if the image is "
-    "a mask itself, --kind mask"
+    "or name its colour, e.g. --hsv red or --hsv 170:10,80:255,60:255, or give masks with --masks or --instances, "
+    "or, if the image is a mask itself, --kind mask"
 )
 
 
