@@ -17,6 +17,7 @@ from drawings import draw_cable, wave
 import dloftbs
 from dloftbs import Config, ConfigError, Frame, HsvRange, InputError, PinholeCamera, Pipeline, SourceError
 from dloftbs.config import LinkingConfig
+from dloftbs.data.run_lengths import encode
 
 SIZE = (120, 200)
 RED = "170:10,80:255,60:255"
@@ -417,3 +418,105 @@ def test_a_pipeline_counts_arrays_and_keeps_the_numbers_of_frames() -> None:
     assert [pipeline.process(frame).index for frame in frames] == [0, 7, 8]
     assert pipeline.detect(mask_of()).index == 0
     assert pipeline.trace(mask_of()).result.index == 0
+
+
+class TestInstances:
+    """A mask per object, as segmenters give it."""
+
+    SHORT = np.zeros(SIZE, bool)
+    SHORT[98:103, 20:180] = True
+    MASKS = (np.roll(SHORT, -60, axis=0), SHORT)
+    SAM = tuple({"segmentation": mask, "area": int(mask.sum())} for mask in MASKS)
+
+    class Detections:
+        def __init__(self, mask: np.ndarray) -> None:
+            self.mask = mask
+
+    FORMS = (
+        list(SAM),
+        list(MASKS),
+        np.stack(MASKS),
+        np.select(MASKS, [1, 2]),
+        [{"segmentation": encode(mask)} for mask in MASKS],
+        Detections(np.stack(MASKS)),
+    )
+
+    @pytest.mark.parametrize("instances", FORMS, ids=["sam", "list", "stack", "labels", "run lengths", "detections"])
+    def test_every_form_is_taken_alone_and_beside(self, instances: object) -> None:
+        expected = curves(dloftbs.detect(self.MASKS[0] | self.MASKS[1]))
+        image = image_of(self.MASKS[0])
+        for result in (
+            dloftbs.detect(instances=instances),
+            dloftbs.detect(image, instances=instances),
+            dloftbs.detect(instances=instances, image=image),
+            dloftbs.detect(Frame(instances=instances)),
+            dloftbs.detect(self.MASKS[0] | self.MASKS[1], instances=instances),
+        ):
+            assert len(result) == len(expected) == 2
+            assert result.frame is not None
+            np.testing.assert_array_equal(result.frame.instances, np.select(self.MASKS, [1, 2]))
+        assert curves(dloftbs.detect(self.MASKS[1], instances=instances)) == curves(dloftbs.detect(self.MASKS[1]))
+
+    def test_depth_and_a_camera_go_with_them(self) -> None:
+        depth = np.full(SIZE, 0.5, np.float32)
+        for found in dloftbs.detect(instances=list(self.SAM), depth=depth, camera=CAMERA):
+            assert found.curve_3d is not None
+
+    def test_no_object_in_an_image_is_an_empty_result(self) -> None:
+        assert dloftbs.detect(image_of(self.MASKS[0]), instances=[]).reason == "the mask is empty"
+
+    def test_a_region_cuts_them(self) -> None:
+        (found,) = dloftbs.detect(instances=list(self.SAM), roi=(0, 80, 200, 40))
+        assert found.curve(0.5)[1] == pytest.approx(100.0, abs=1.0)
+
+    def test_a_stream_of_them(self) -> None:
+        frames = (Frame(instances=[np.roll(self.MASKS[0], t, axis=0), self.SHORT]) for t in range(4))
+        *_, last = dloftbs.track(frames)
+        assert [track.id for track in last.tracks] == [1, 2]
+
+    @pytest.mark.parametrize("form", ["{stem}_mask_*.png", "{stem}.json", "labels.png", "stack.npy", "sam.json"])
+    def test_files(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, form: str) -> None:
+        monkeypatch.chdir(tmp_path)
+        cv2.imwrite("photo.jpg", image_of(self.MASKS[0]))
+        for k, mask in enumerate(self.MASKS):
+            cv2.imwrite(f"photo_mask_{k}.png", mask.astype(np.uint8) * 255)
+        cv2.imwrite("labels.png", np.select(self.MASKS, [1, 2]).astype(np.uint16))
+        np.save("stack.npy", np.stack(self.MASKS))
+        sam = [{"segmentation": encode(mask)} for mask in self.MASKS]
+        for name in ("photo.json", "sam.json"):
+            Path(name).write_text(json.dumps(sam), encoding="utf-8")
+        given = [("photo.jpg", None), (None, "photo.jpg"), (Path("photo.jpg"), None)]
+        for x, image in given if "{stem}" in form else [*given, (None, None), (image_of(self.MASKS[0]), None)]:
+            result = dloftbs.detect(x, image=image, instances=form)
+            assert result.frame is not None
+            np.testing.assert_array_equal(result.frame.instances, np.select(self.MASKS, [1, 2]))
+
+    @pytest.mark.parametrize("x", [list(SAM), SAM, Detections(np.stack(MASKS)), SAM[0], np.stack(MASKS), list(MASKS)])
+    def test_what_they_are_taken_for_says_where_they_go(self, x: object) -> None:
+        for call in (dloftbs.detect, Pipeline().process):
+            with pytest.raises(InputError, match=r"give detect\(instances=x\).* Frame\(instances=x\)"):
+                call(x)
+
+    def test_a_stream_of_dictionaries_says_so_at_once(self) -> None:
+        for frames in (list(self.SAM), self.Detections(np.stack(self.MASKS))):
+            with pytest.raises(
+                InputError, match=r"got the masks of one frame's objects, .*detect\(instances=x\) takes"
+            ):
+                dloftbs.track(frames)
+        with pytest.raises(InputError, match=r"Frame\(instances=x\)"):
+            list(dloftbs.track([list(self.SAM), list(self.SAM)]))
+
+    @pytest.mark.parametrize(
+        ("x", "given", "message"),
+        [
+            (None, {"instances": []}, "an empty list, of which nothing says the size"),
+            (image_of(MASKS[0]), {"instances": MASKS, "hsv": RED}, "the instances are a mask already"),
+            (None, {"instances": MASKS, "segmenter": lambda image: image[..., 0]}, "the instances are a mask already"),
+            (Frame(mask=SHORT), {"instances": MASKS}, "give instances to the Frame"),
+            (SHORT[:50], {"instances": MASKS}, r"instances\[0\] must have the size \(50, 200\)"),
+            (SHORT, {"instances": "{stem}_*.png"}, "needs frames in files of their own"),
+        ],
+    )
+    def test_what_cannot_be_is_refused(self, x: object, given: dict, message: str) -> None:
+        with pytest.raises(InputError, match=message):
+            dloftbs.detect(x, **given)

@@ -104,6 +104,7 @@ READERS: dict[str, tuple[Callable[[Any], object], tuple[str, ...], type[DloftbsE
     "depth": (lambda text: read_all("mask.png", depth=text), ENDINGS, SourceError),
     "masks": (lambda text: read_all("image.png", masks=text), ENDINGS, SourceError),
     "occluders": (lambda text: read_all("mask.png", occluders=text), ENDINGS, SourceError),
+    "instances": (lambda text: read_all("image.png", instances=text), (*ENDINGS, ".json", ".txt"), SourceError),
     "camera": (lambda text: read_all("mask.png", camera=text), (".yaml",), SourceError),
     "registration": (lambda text: read_all("mask.png", registration=text), (".yaml",), SourceError),
     "track": (lambda text: list(dloftbs.track(text)), (".png", ".mp4"), SourceError),
@@ -135,7 +136,7 @@ def test_what_cannot_be_read_is_an_error_of_ours(here: Path, door: str) -> None:
             assert isinstance(error, missing), (ending, text, error)
 
 
-@pytest.mark.parametrize("what", ["depth", "masks", "occluders"])
+@pytest.mark.parametrize("what", ["depth", "masks", "occluders", "instances"])
 def test_naming_rules(here: Path, what: str, caplog: pytest.LogCaptureFixture) -> None:
     for text in texts(NAMELESS, ".png"):
         assert isinstance(at_once(lambda text=text: read_all("image.png", **{what: "{stem}" + text})), InputError)
@@ -258,6 +259,7 @@ def test_settings_come_through_a_pipe_that_somebody_writes_to(here: Path) -> Non
         (["track", "{}"], ".mp4"),
         (["detect", "mask.png", "--depth", "{}"], ".png"),
         (["detect", "image.png", "--masks", "{}"], ".npy"),
+        (["detect", "image.png", "--instances", "{}"], ".json"),
         (["detect", "mask.png", "--camera", "{}"], ".yaml"),
         (["detect", "mask.png", "--registration", "{}"], ".yaml"),
         (["detect", "mask.png", "--config", "{}"], ".yaml"),

@@ -173,6 +173,7 @@ def calls(folder: Path) -> dict[str, Call]:
             "camera": CAMERA,
             "index": 1,
             "name": "a",
+            "instances": MASK,
         },
         "FrameResult": {"detections": (), "tracks": (), "reason": None, "size": (4, 6), "frame": FRAME},
         "HsvRange": {"hue": (1, 2), "saturation": (3, 4), "value": (5, 6)},
@@ -210,7 +211,10 @@ def calls(folder: Path) -> dict[str, Call]:
         "Tracker.predict": {"stamp": 1.0},
         "Tracker.update": {"detections": [FOUND], "stamp": 1.0, "size": (40, 60), "widths": None},
         "config.SegmentationConfig.with_hsv": {"colour": "1:2"},
-        "detect": {"x": MASK, "image": image(), "depth": np.ones((40, 60)), "camera": CAMERA, "objects": 1},
+        "detect": {
+            **{"x": MASK, "image": image(), "depth": np.ones((40, 60)), "camera": CAMERA, "objects": 1},
+            "instances": MASK,
+        },
         "track": {"frames": [MASK], "hsv": "1:2", "objects": 1},
         "config.ColourPicture": {
             **{name: getattr(COLOUR.pictures[0], name) for name in ("source", "size", "cable", "ground", "sample")},

@@ -15,11 +15,12 @@ from dloftbs.camera import CameraLike
 from dloftbs.config import Colour, ConfigLike, RoiLike
 from dloftbs.data.frame import Frame, as_frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.instance_labels import Instances, are_masks_of_objects
 from dloftbs.errors import InputError, SourceError
 from dloftbs.pipeline import Pipeline
 from dloftbs.segmentation import Segmenter
 from dloftbs.sources import PathLike, Source, Where
-from dloftbs.sources.one_frame import read_beside, read_frame
+from dloftbs.sources.one_frame import read_beside, read_frame, read_instances
 from dloftbs.sources.pixels import Kind, kind_for
 from dloftbs.support.array_likes import as_pixels, is_array_like
 from dloftbs.support.arrays import AnyArray
@@ -27,7 +28,7 @@ from dloftbs.support.values import shown
 
 
 def detect(
-    x: Frame | npt.ArrayLike | PathLike,
+    x: Frame | npt.ArrayLike | PathLike | None = None,
     *,
     hsv: Colour | None = None,
     image: npt.ArrayLike | PathLike | None = None,
@@ -35,6 +36,7 @@ def detect(
     depth_unit_m: float | None = None,
     camera: CameraLike | None = None,
     occluders: npt.ArrayLike | PathLike | None = None,
+    instances: Instances | PathLike | None = None,
     objects: int | None = None,
     config: ConfigLike | None = None,
     segmenter: Segmenter | PathLike | None = None,
@@ -45,13 +47,13 @@ def detect(
 
     Parameters
     ----------
-    x : array_like, str, path or Frame
+    x : array_like, str, path or Frame, optional
         A mask (H, W), (H, W, 1) or (1, H, W) of bool or any integer type, in which any non-zero is cable, or a
         probability, as networks give it, of 8 bits or in 0..1 (see `Frame`); or a BGR image (H, W, 3), uint8, with
         `hsv` or a configuration that has one. With these, uint8 (H, W) is a grey image, and bool a mask. Also the file
         of one picture, which is read as `sources.open` reads it; or a whole frame.
         Arrays and tensors of any library are taken, and a picture of Pillow by its mode; an array that is RGB has to be
-        turned: ``x[..., ::-1]``. Never changed.
+        turned: ``x[..., ::-1]``. Never changed. May be left out where there are instances.
     hsv : str, HsvRange or several, optional
         Colour of the cables in an image, such as ``"170:10,80:255,60:255"`` for red: hue, saturation and value.
     image : array_like, shape (H, W, 3), uint8, or path, optional
@@ -66,6 +68,11 @@ def detect(
         Also the file of a calibration, its matrix K, shape (3, 3), or (fx, fy, cx, cy).
     occluders : array_like, shape (H, W), bool or any integer type, or path, optional
         What may hide cables, as `Frame` has it; files as of `depth`.
+    instances : label image, stack, sequence of masks or of dictionaries, object with `mask`, or path, optional
+        A mask per object, as segmenters give it: a label image (H, W), a stack (N, H, W), a list of masks (H, W), SAM's
+        list of dictionaries, or an object whose `mask` is a stack, as `supervision.Detections` (see `Frame`). Any
+        non-zero is cable, unless x is a mask. Files as `sources.open` takes them: with that of a picture also a naming
+        rule such as ``"{stem}_mask_*.png"``.
     objects : int, optional
         Number of objects, if it is known: pieces are joined, and short ones left out, until there are no more.
     config : Config, str, path or dict, optional
@@ -88,7 +95,7 @@ def detect(
     ------
     InputError
         If shapes or types are wrong or disagree, nothing says what in an image is cable, or the region of interest does
-        not lie within the image.
+        not lie within the image, or there are neither x nor instances.
     ConfigError
         If the colour, the number of objects, the region or the configuration's file is wrong.
     SourceError
@@ -97,30 +104,51 @@ def detect(
     pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi, mask_is=mask_is)
     segmented = pipeline.segments_images and image is None
     kind: Kind = kind_for("auto" if image is None else "mask", segmented=segmented)
-    frame = read_frame(x, kind) if isinstance(x, (str, os.PathLike)) else as_frame(x, grey_as_image=segmented)
+    picture = image if x is None else x
+    is_alone = x is None and instances is not None
     if isinstance(image, (str, os.PathLike)):
         image = read_frame(image, "image").image
+    if is_alone:
+        frame = _frame_of_instances(instances, image, picture)
+        image = instances = None
+    elif isinstance(x, (str, os.PathLike)):
+        frame = read_frame(x, kind)
+    else:
+        frame = as_frame(cast("Frame | npt.ArrayLike", x), grey_as_image=segmented)
     if isinstance(depth, (str, os.PathLike)):
-        depth = read_beside("depth", depth, x)
+        depth = read_beside("depth", depth, picture)
     if isinstance(occluders, (str, os.PathLike)):
-        occluders = read_beside("occluders", occluders, x)
+        occluders = read_beside("occluders", occluders, picture)
+    if isinstance(instances, (str, os.PathLike)):
+        instances = read_instances(instances, picture, frame.size)
     beside = {
         "image": image,
         "depth": depth,
         "depth_unit_m": depth_unit_m,
         "camera": camera,
         "occluders": occluders,
+        "instances": instances,
     }
     given: dict[str, Any] = {name: value for name, value in beside.items() if value is not None}
     if isinstance(x, Frame) and given:
         raise InputError(f"a frame brings its own data: give {', '.join(given)} to the Frame")
     if image is not None and frame.image is not None:
         raise InputError(f"with an image beside it, x must be a mask (H, W), got shape {frame.image.shape}")
+    has = "the instances are a mask" if is_alone or instances is not None else "x is a mask"
+    frame = replace(frame, **given)
     if hsv is not None and frame.mask is not None and not isinstance(x, Frame):
-        raise InputError("hsv makes a mask of an image (H, W, 3), and x is a mask already; leave out one of them")
+        raise InputError(f"hsv makes a mask of an image (H, W, 3), and {has} already; leave out one of them")
     if segmenter is not None and frame.mask is not None:
-        raise InputError("a segmenter makes a mask of an image (H, W, 3), and x has a mask; leave out one of them")
-    return pipeline.detect(replace(frame, **given))
+        raise InputError(f"a segmenter makes a mask of an image (H, W, 3), and {has} already; leave out one of them")
+    return pipeline.detect(frame)
+
+
+def _frame_of_instances(instances: Instances | PathLike | None, image: npt.ArrayLike | None, picture: object) -> Frame:
+    """Return the frame of instances without a mask, with an image beside them where there is one."""
+    if isinstance(instances, (str, os.PathLike)):
+        size = None if image is None else Frame(image=cast(AnyArray, image)).size
+        instances = read_instances(instances, picture, size)
+    return Frame(image=cast("AnyArray | None", image), instances=cast(AnyArray, instances))
 
 
 Stream = Where | Iterable[Frame | AnyArray]
@@ -143,7 +171,8 @@ def track(
     ----------
     frames : str, path, int, array (N, H, W) or (N, H, W, 3), cv2.VideoCapture, or iterable
         A video, a folder, a glob or a camera, as `sources.open` takes it, which has more options; or frames, masks
-        (H, W) or BGR images (H, W, 3), one after the other, a `Source` among them. A capture is read until it gives no
+        (H, W) or BGR images (H, W, 3), one after the other, a `Source` among them. Each mask is a frame: the masks of
+        several objects in one frame are ``Frame(instances=...)``. A capture is read until it gives no
         more, and stays open; its frames have no times, as those of its path or index have.
     hsv, objects, config, segmenter, roi, mask_is
         As `Pipeline` takes them.
@@ -160,6 +189,11 @@ def track(
         If there is nothing there or it cannot be opened.
     """
     pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi, mask_is=mask_is)
+    if are_masks_of_objects(frames):
+        raise InputError(
+            f"expected a stream, got the masks of one frame's objects, {shown(frames)}: "
+            "detect(instances=x) takes them, and track an iterable of Frame(instances=x)"
+        )
     if is_array_like(frames):
         array = as_pixels("the stream", frames, "any")
         frames = list(array) if array.ndim == 1 and array.dtype.kind == "O" else array  # arrays of several sizes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -22,8 +22,8 @@ class TestFrame:
     @pytest.mark.parametrize(
         ("fields", "message"),
         [
-            ({}, "needs an image or a mask, got neither"),
-            ({"depth": DEPTH}, "needs an image or a mask"),
+            ({}, "needs an image, a mask or instances, got none"),
+            ({"depth": DEPTH}, "needs an image, a mask or instances"),
             ({"image": MASK}, r"image must have shape \(H, W, 3\) and type uint8, got \(4, 6\) of uint8"),
             ({"image": np.zeros((4, 6, 4), np.uint8)}, r"got \(4, 6, 4\) of uint8"),
             ({"image": IMAGE.astype(float)}, r"got \(4, 6, 3\) of float64"),
@@ -91,6 +91,9 @@ class TestFrame:
                 {"mask": MASK, "occluders": DEPTH * 0.5},
                 "occluders must be bool or integer, any non-zero being an occluder",
             ),
+            ({"image": IMAGE, "instances": MASK[:3]}, r"instances must have the size \(4, 6\) .* got \(3, 6\)"),
+            ({"mask": MASK, "instances": DEPTH}, "instances must be bool or integer, got float32; threshold it first"),
+            ({"instances": []}, "an empty list, of which nothing says the size"),
             ({"mask": MASK, "occluders": MASK[:3]}, r"occluders must have the frame's size \(4, 6\) .* got \(3, 6\)"),
             ({"image": IMAGE, "mask": MASK[:3]}, r"mask must have the frame's size \(4, 6\) .* got \(3, 6\)"),
             ({"image": IMAGE, "depth": DEPTH[:, :5]}, r"depth must have the frame's size \(4, 6\) .* got \(4, 5\)"),
@@ -203,3 +206,36 @@ class TestFrame:
         ):
             Frame(mask=MASK, camera=camera)
         assert Frame(mask=MASK, camera=camera.scaled((4, 6))).camera.size == (4, 6)
+
+
+class TestInstances:
+    LABELS = np.zeros((4, 6), np.int32)
+    LABELS[1], LABELS[2, 2:] = 7, 300
+
+    def test_without_a_mask_they_are_one(self):
+        for frame in (Frame(instances=self.LABELS), Frame(image=IMAGE, instances=self.LABELS)):
+            assert frame.size == (4, 6)
+            assert frame.instances.dtype == np.uint16
+            np.testing.assert_array_equal(frame.instances, self.LABELS)
+            np.testing.assert_array_equal(frame.mask, self.LABELS != 0)
+            assert not frame.instances.flags.writeable
+            assert "mask" in repr(frame)
+            assert "instances" in repr(frame)
+
+    def test_beside_a_mask_the_mask_wins(self):
+        frame = Frame(mask=MASK, instances=self.LABELS)
+        assert not frame.mask.any()
+        np.testing.assert_array_equal(frame.instances, self.LABELS)
+
+    def test_other_forms_are_numbered(self):
+        masks = [self.LABELS == 300, self.LABELS == 7]
+        expected = np.select(masks, [1, 2])
+        for given in (masks, np.stack(masks), [{"segmentation": mask} for mask in masks]):
+            np.testing.assert_array_equal(Frame(instances=given).instances, expected)
+        assert not Frame(image=IMAGE, instances=[]).mask.any()
+
+    def test_a_frame_that_is_replaced_keeps_them(self):
+        frame = replace(Frame(image=IMAGE, instances=self.LABELS), index=3, depth=DEPTH)
+        np.testing.assert_array_equal(frame.instances, self.LABELS)
+        np.testing.assert_array_equal(frame.mask, self.LABELS != 0)
+        assert np.shares_memory(replace(frame, index=4).instances, frame.instances)

@@ -22,6 +22,13 @@ def test_a_rectangle_is_a_view():
     assert (cut.camera.cx, cut.camera.cy, cut.camera.size) == (30, 25, (20, 30))
 
 
+def test_instances_are_cut_with_the_rest():
+    labels = np.arange(60 * 80, dtype=np.uint16).reshape(SIZE)
+    cut = Region((10, 5, 30, 20), SIZE).crop(Frame(instances=labels))
+    assert np.array_equal(cut.instances, labels[5:25, 10:40])
+    assert np.array_equal(cut.mask, labels[5:25, 10:40] != 0)
+
+
 @pytest.mark.parametrize("distortion", [(), (0.1, -0.05, 0.001, 0.002)])
 def test_a_pixel_is_the_same_place_in_space(distortion):
     camera = PinholeCamera(50, 50, 40, 30, distortion, size=SIZE)

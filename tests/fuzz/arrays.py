@@ -115,12 +115,13 @@ def wrong_array(rng: Rng) -> Any:
 
 
 def check_wrong_array(case: Any, _: Path) -> None:
-    """Check that an array that is no mask, no image, no depth and no occluders is refused where it enters."""
+    """Check that an array that is none of those of a frame is refused where it enters."""
     mask = np.zeros((20, 20), np.uint8)
     mask[8:12, 2:18] = 1
     own(lambda: dloftbs.detect(case))
+    own(lambda: dloftbs.detect(instances=case))
     own(lambda: dloftbs.detect(mask, depth=case, camera=PinholeCamera(50.0, 50.0, 10.0, 10.0)))
-    for name in ("image", "mask", "depth", "occluders"):
+    for name in ("image", "mask", "depth", "occluders", "instances"):
         given: dict[str, Any] = {"mask": mask, name: case}
         frame = own(lambda given=given: Frame(**given))
         if isinstance(frame, Frame):

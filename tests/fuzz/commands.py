@@ -127,6 +127,7 @@ _FITTING = {
     "--kind": ("auto", "image", "mask"),
     "--depth": ("{stem}_depth.png", "frames/*_depth.png", "a.npz"),
     "--masks": ("frames", "a.npz", "a.npy", "{stem}.png"),
+    "--instances": ("frames", "a.npy", "{stem}_*.png", "{stem}.png"),
     "--camera": ("100,100,40,30", "ros.yaml", "opencv.yaml"),
     "--registration": ("ros.yaml",),
     "--config": ("settings.yaml",),
@@ -203,7 +204,7 @@ def _inputs(case: Call, folder: Path) -> list[Path]:
     """Return the files that the arguments name as inputs."""
     named: list[str] = []
     for before, argument in zip(("", *case.arguments), case.arguments, strict=False):
-        if before in ("--depth", "--masks", "--camera", "--config", "--registration", "detect", "track"):
+        if before in ("--depth", "--masks", "--instances", "--camera", "--config", "--registration", "detect", "track"):
             named.append(argument)
     found: list[Path] = []
     for name in named:

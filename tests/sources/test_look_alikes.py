@@ -56,17 +56,52 @@ def test_an_image_beside_its_mask_is_told_with_the_remedy(tmp_path, log, image, 
     assert "look like" not in log.text
 
 
-@pytest.mark.parametrize(
-    ("more", "remedy"),
-    [((), 'such as "*.jpg"'), (("a_mask_all.png",), 'such as "*.jpg", and with them masks="{stem}_mask_all.png"')],
-)
-def test_masks_of_single_objects_leave_the_images_alone_to_be_given(tmp_path, log, more, remedy):
-    save(tmp_path, "a.jpg", "a_mask_0.png", "a_mask_1.png", *more)
+@pytest.mark.parametrize("more", [(), ("a_mask_all.png",)])
+def test_masks_of_single_objects_are_told_with_the_rule_of_instances(tmp_path, log, more):
+    save(tmp_path, "a.jpg", "a_mask_0.png", "a_mask_1.png", *more, pixels=COLOUR[:, :, 1])
     with sources.open(tmp_path) as source:
         list(source)
     (message,) = log.messages
     assert f"look like an image and its mask, and {1 + len(more)} more such pairs" in message
-    assert f"Give the images alone, {remedy}" in message
+    rule = "{stem}_mask_*.png"
+    assert f'give instances="{rule}" (--instances "{rule}")' in message
+    log.clear()
+    with sources.open(tmp_path, instances=rule, kind="image") as source:  # the remedy is one
+        (frame,) = source
+    assert (frame.name, int(frame.instances.max())) == ("a.jpg", 2)
+    assert log.messages == []
+
+
+@pytest.mark.parametrize("ending", ["_mask_", "_mask", ".seg-", "_obj", "_object_", "-instance_"])
+def test_masks_of_single_objects_without_pictures_are_told_once(tmp_path, log, ending):
+    names = [f"frame_{t}{ending}{k}.png" for t in range(3) for k in range(2)]
+    save(tmp_path, *names, pixels=COLOUR[:, :, 1])
+    with sources.open(tmp_path) as source:
+        assert len(list(source)) == 6
+    (message,) = log.messages
+    rule = f"{{stem}}{ending}*.png"
+    assert f"{names[0]} and {names[1]} look like masks of two objects in one frame" in message
+    assert f'give instances="{rule}" (--instances "{rule}")' in message
+    log.clear()
+    with sources.open(tmp_path, instances=rule) as source:
+        assert len(list(source)) == 3
+    assert log.messages == []
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["cam_mask_0.png", "cam_mask_1.png", "cam_mask_2.png"],
+        ["a_mask_0.png", "b_mask_0.png"],
+        ["a_obj.png", "a.png"],
+        ["a_1.png", "a_2.png", "b_1.png", "b_2.png"],
+    ],
+)
+def test_a_stream_of_masks_is_no_frame_of_many_objects(tmp_path, log, names):
+    save(tmp_path, *names, pixels=COLOUR[:, :, 1])
+    with sources.open(tmp_path) as source:
+        assert len(list(source)) == len(names)
+    assert log.messages == []
 
 
 def test_other_names_are_nobodys_masks(tmp_path, log):

@@ -145,8 +145,8 @@ def test_npz(tmp_path, save):
     stamps = np.array([0.0, 0.1, 0.3, 0.4, 0.9])
     save(
         tmp_path / "a.npz",
-        images=IMAGES, masks=MASKS, depth=DEPTH, occluders=MASKS[::-1], stamps=stamps, camera=[100, 101, 4, 5],
-        more=["ignored"],
+        images=IMAGES, masks=MASKS, depth=DEPTH, occluders=MASKS[::-1], instances=MASKS // 3, stamps=stamps,
+        camera=[100, 101, 4, 5], more=["ignored"],
     )  # fmt: skip
     with sources.open(tmp_path / "a.npz") as source:
         for _ in range(2):  # it can be read again
@@ -155,6 +155,7 @@ def test_npz(tmp_path, save):
             np.testing.assert_array_equal([frame.mask for frame in frames], MASKS)
             np.testing.assert_array_equal([frame.depth for frame in frames], DEPTH)
             np.testing.assert_array_equal([frame.occluders for frame in frames], MASKS[::-1])
+            np.testing.assert_array_equal([frame.instances for frame in frames], MASKS // 3)
             assert [frame.stamp for frame in frames] == stamps.tolist()
             assert frames[0].camera == CAMERA
 
@@ -214,6 +215,8 @@ def test_npz_without_frames(tmp_path):
         ({"images": IMAGES, "masks": MASKS[:4]}, r"agree.*'images': \(5, 8, 9\), 'masks': \(4, 8, 9\)"),
         ({"masks": MASKS, "depth": DEPTH[:, :5]}, "agree"),
         ({"masks": MASKS, "occluders": MASKS[:, :5]}, "agree"),
+        ({"masks": MASKS, "instances": MASKS[:, :5]}, "agree"),
+        ({"masks": MASKS, "instances": DEPTH / 3.0}, "instances must have shape"),
         ({"masks": MASKS, "occluders": DEPTH / 3.0}, "occluders must have shape"),
         ({"masks": MASKS, "stamps": [0.0, 1.0]}, r"stamps must be 5 finite numbers, got \(2,\)"),
         ({"masks": MASKS, "stamps": [0, 1, 2, 3, np.nan]}, "finite"),
@@ -260,7 +263,7 @@ def test_npz_with_a_member_that_is_no_array(tmp_path):
 
 
 def test_depth_alone_is_no_source():
-    with pytest.raises(InputError, match="images or masks must be given"):
+    with pytest.raises(InputError, match="images, masks or instances must be given"):
         sources.ArraySource("x", depth=DEPTH)
 
 
@@ -380,3 +383,14 @@ def test_an_archive_that_unpacks_to_gigabytes_is_refused(tmp_path):
     assert "cannot be read" in said[1]
     assert "cannot be read" in said[2]
     assert "cannot be read" in said[3]
+
+
+@pytest.mark.parametrize(("more", "kind"), [({}, "auto"), ({"images": IMAGES}, "auto"), ({"depth": DEPTH}, "mask")])
+def test_instances_make_the_masks(tmp_path, more, kind):
+    np.savez(tmp_path / "a.npz", instances=MASKS, **more)
+    with sources.open(tmp_path / "a.npz", kind=kind) as source:
+        frames = list(source)
+    np.testing.assert_array_equal([frame.instances for frame in frames], MASKS)
+    np.testing.assert_array_equal([frame.mask for frame in frames], MASKS != 0)
+    assert all((frame.image is not None) == ("images" in more) for frame in frames)
+    assert all((frame.depth is not None) == ("depth" in more) for frame in frames)

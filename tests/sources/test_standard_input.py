@@ -116,7 +116,7 @@ def test_depth_goes_with_it(pipe, tmp_path):
         (encoded(".png")[:20], "its 20 bytes are none, or are cut off"),
         (bytes(5000), "A video is to be given by its path"),
         (arrays(masks=MASK[None])[:100], "its 100 bytes are none, or are cut off"),
-        (arrays(other=MASK), "stdin: needs the array 'images' or 'masks'; found other"),
+        (arrays(other=MASK), "stdin: needs the array 'images', 'masks' or 'instances'; found other"),
         (array(MASK)[:140], "stdin: cannot be read as a .npy file: it is cut off"),
         (array(np.zeros(3)), "stdin: "),
     ],

@@ -15,7 +15,7 @@ from dloftbs.config import Config, read_roi
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_region import Region
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sources import Source, pairing
+from dloftbs.sources import Source, naming_rules
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, natural_key
 from dloftbs.sources.look_alikes import warn_of_labels
 
@@ -25,8 +25,8 @@ NO_COLOUR = (
     "{name} is a colour image, and nothing says what in it is cable: "
     "draw on the cable, then add --config cable.yaml:\n"
     "    {tune}\n"
-    "or name its colour, e.g. --hsv red or --hsv 170:10,80:255,60:255, or give masks with --masks, or, if the image is "
-    "a mask itself, --kind mask"
+    "or name its colour, e.g. --hsv red or --hsv 170:10,80:255,60:255, or give masks with --masks or --instances, "
+    "or, if the image is a mask itself, --kind mask"
 )
 
 
@@ -61,7 +61,7 @@ class UsableFrames:
         self._has_colour = config.segmentation.is_given
         self._asks_depth = config.segmentation.plane is not None
         self._had_depth = False
-        self._has_masks = inputs.masks is not None
+        self._has_masks = inputs.masks is not None or inputs.instances is not None
         self._roi = config.region.roi
         self._size: tuple[int, int] | None = None
         self._unusable = 0
@@ -116,11 +116,12 @@ def without_partners(where: Sequence[str], inputs: InputOptions) -> list[str]:
     files = [Path(text) for text in where if os.path.isfile(text)]
     kept = files
     for rule in inputs.rules:
-        kept = pairing.without_partners(kept, rule)
+        kept = naming_rules.without_partners(kept, rule)
     partners = set(files) - set(kept)
     images = [text for text in where if Path(text) not in partners]
     if not images:
-        raise SourceError(f"every input is the partner of another under {' and '.join(inputs.rules)}")
+        remedy = "; where there are no pictures, name the folder" if inputs.instances is not None else ""
+        raise SourceError(f"every input is the partner of another under {' and '.join(inputs.rules)}{remedy}")
     warn_of_labels([path for path in kept if path not in partners], "the inputs")
     return images
 

@@ -255,6 +255,7 @@ class InputOptions:
     topic: str | None = None
     depth_topic: str | None = None
     info_topic: str | None = None
+    instances: str | None = None
 
     def open(
         self,
@@ -283,6 +284,7 @@ class InputOptions:
             depth=self.depth,
             masks=self.masks,
             occluders=self.occluders,
+            instances=self.instances,
             camera=self.camera,
             registration=self.registration,
             depth_unit_m=self.depth_unit_m,
@@ -312,7 +314,8 @@ class InputOptions:
     @property
     def beside(self) -> list[str]:
         """The paths and naming rules of what goes with the frames."""
-        return [where for where in (self.depth, self.masks, self.occluders) if where is not None]
+        given = (self.depth, self.masks, self.occluders, self.instances)
+        return [where for where in given if where is not None]
 
 
 def topic_options(command: Command) -> Command:
@@ -359,6 +362,13 @@ def input_options(command: Command) -> Command:
         help="Masks of what may hide cables (a robot, a hand), in the same ways; all else is in plain sight.",
     )
     @click.option(
+        "--instances",
+        type=FilledPath(),
+        metavar="PATH|RULE",
+        help='A mask per object, which says who is who: label images, or "{stem}_mask_*.png" for a file an object, '
+        '"{stem}.json" (labelme), "{stem}.txt" (YOLO), coco.json for all frames. In place of a colour.',
+    )
+    @click.option(
         "--camera",
         type=FilledPath(),
         metavar="FX,FY,CX,CY|FILE",
@@ -386,6 +396,7 @@ def input_options(command: Command) -> Command:
         depth: str | None,
         masks: str | None,
         occluders: str | None,
+        instances: str | None,
         camera: str | None,
         registration: str | None,
         depth_unit: float | None,
@@ -398,7 +409,7 @@ def input_options(command: Command) -> Command:
             raise click.UsageError("--masks goes with images: --kind mask says that the frames are masks themselves")
         cameras = parse_camera(camera), parse_registration(registration)
         topics = topic, depth_topic, info_topic
-        inputs = InputOptions(kind, depth, masks, occluders, *cameras, depth_unit, *topics)
+        inputs = InputOptions(kind, depth, masks, occluders, *cameras, depth_unit, *topics, instances)
         command(*args, inputs=inputs, **kwargs)
 
     return with_inputs

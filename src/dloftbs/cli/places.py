@@ -18,12 +18,12 @@ from dloftbs.cli.outputs import config_beside
 from dloftbs.config import Config
 from dloftbs.sinks.sink import Identity, identity_of
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of
-from dloftbs.sources.pairing import is_rule, partner_of
+from dloftbs.sources.naming_rules import is_rule, partners_of
 from dloftbs.sources.recordings import BAG_SUFFIXES, COMPRESSED
 from dloftbs.sources.standard_input import STANDARD_INPUT
 from dloftbs.support.safe_files import sink_errors
 
-READING = ("depth", "masks", "occluders", "camera", "registration", "config_file", "background")
+READING = ("depth", "masks", "occluders", "instances", "camera", "registration", "config_file", "background")
 """Parameters of commands that name further inputs beside the frames."""
 _ONE = (*IMAGE_EXTENSIONS, ".npy")
 _FRAMES = (*IMAGE_EXTENSIONS, *BAG_SUFFIXES, COMPRESSED)
@@ -45,7 +45,8 @@ class InputFiles:
         beside = [str(parameters[name]) for name in READING if parameters[name] is not None]
         files = [text for text in where if text != STANDARD_INPUT]
         frames = [file for text in files for file in files_of(text, _FRAMES)]
-        partners = [partner_of(file, rule) for rule in beside if is_rule(rule) for file in frames]
+        rules = [text for text in beside if is_rule(text)]
+        partners = [file for rule in rules for group in partners_of(frames, rule) for file in group]
         others = [file for text in beside for file in files_of(text, _ONE)]
         self._names = {identity_of(file): str(file) for file in (*others, *partners, *frames)}
         self._frames = {os.path.normpath(file) for file in frames} - {str(partner) for partner in partners}

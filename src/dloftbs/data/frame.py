@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera, as_camera
+from dloftbs.data.instance_labels import Size, are_masks_of_objects, as_labels
 from dloftbs.errors import InputError
 from dloftbs.support.array_likes import NONE_IS, as_pixels
 from dloftbs.support.arrays import AnyArray, check_depth, check_image, check_mask, looks_like_image, plane_of
@@ -22,12 +24,17 @@ from dloftbs.support.values import (
     check_stamp,
     check_text,
     set_fields,
+    shown,
 )
 
 _REGISTER = (
     "; depth of a camera of its own must be registered to the image first: DepthRegistration.register, "
     "or registration= of sources.open, or --registration"
 )
+
+
+_INSTANCES = "give detect(instances=x), and in a stream Frame(instances=x)"
+"""Way of a mask per object into the package, for messages."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,15 +65,19 @@ class Frame:
     depth_unit_m : float
         Metres per count of an integer depth image (0.001: millimetres), 1e-9 to 1e3.
     mask_is : {"auto", "binary", "probability", "labels"}
-        What the values of the mask are. "binary" and "labels": any non-zero is cable. "probability": as networks give
-        it, of 8 or 16 bits, or in 0..1; it is held as uint8. "auto": floating point is a probability, and so is uint8
+        What the values of the mask are. "binary": any non-zero is cable. "labels": the same, and they are the instances
+        where none are given. "probability": as networks give it, of 8 or 16 bits, or in 0..1; it is held as uint8. "auto": floating point is a probability, and so is uint8
         of many grey values, nearly all of which are sure; all else is binary.
+    instances : numpy.ndarray, shape (H, W), integer, optional
+        Label image of single objects, held as uint16: 0 is ground, any other number an object. Also a stack (N, H, W),
+        a list of masks or of SAM's dictionaries, of which object k becomes k + 1 (see `instance_labels.as_labels`).
+        Without a mask, `mask` is where they are not 0; beside a mask they only say which pixels belong together.
 
     Raises
     ------
     InputError
-        If neither image nor mask is given, or shapes or types are wrong or disagree, or the camera is for images of
-        another size, a stamp is no finite number of seconds, or the unit is out of range.
+        If neither image, mask nor instances are given, or shapes or types are wrong or disagree, or the camera is for
+        images of another size, a stamp is no finite number of seconds, or the unit is out of range.
     """
 
     image: AnyArray | None = None
@@ -79,10 +90,13 @@ class Frame:
     name: str = ""
     depth_unit_m: float = MILLIMETRE_M
     mask_is: str = "auto"
+    instances: AnyArray | None = None
 
     def __post_init__(self) -> None:
-        if self.image is None and self.mask is None:
-            raise InputError(f"a frame needs an image or a mask, got neither, or None for it ({NONE_IS})")
+        if self.image is None and self.mask is None and self.instances is None:
+            raise InputError(
+                f"a frame needs an image, a mask or instances, got none of them, or None for it ({NONE_IS})"
+            )
         check_mask_kind(self.mask_is)
         if self.image is not None:
             object.__setattr__(self, "image", _read_only(check_image(self.image)))
@@ -92,10 +106,17 @@ class Frame:
                 object.__setattr__(self, "mask_is", "probability")
             known = as_probability(mask) if self.mask_is == "probability" else mask
             object.__setattr__(self, "mask", _read_only(known if known.dtype.kind != "f" else known != 0.0))
+            if self.mask_is == "labels" and self.instances is None:
+                object.__setattr__(self, "instances", mask)
         if self.depth is not None:
             object.__setattr__(self, "depth", _read_only(check_depth(self.depth)))
         if self.occluders is not None:
             object.__setattr__(self, "occluders", _read_only(check_mask(self.occluders, "occluders")))
+        if self.instances is not None:
+            labels = as_labels(self.instances, self._known_size())
+            object.__setattr__(self, "instances", _read_only(labels))
+            if self.mask is None:
+                object.__setattr__(self, "mask", _read_only(labels != 0))
         for name in ("image", "mask", "depth", "occluders"):
             array = getattr(self, name)
             if array is not None and array.shape[:2] != self.size:
@@ -116,16 +137,22 @@ class Frame:
         )
 
     def __repr__(self) -> str:
-        has = [name for name in ("image", "mask", "depth", "occluders", "camera") if getattr(self, name) is not None]
+        names = ("image", "mask", "depth", "occluders", "instances", "camera")
+        has = [name for name in names if getattr(self, name) is not None]
         height, width = self.size
         return f"Frame({self.index}: {width}x{height}, {', '.join(has)})"
 
     @property
     def size(self) -> tuple[int, int]:
         """``(H, W)``, rows and columns."""
+        size = self._known_size()
+        assert size is not None  # the constructor saw to it
+        return size
+
+    def _known_size(self) -> Size | None:
+        """Return the size of the image or the mask, None before there is either."""
         array = self.image if self.image is not None else self.mask
-        assert array is not None  # the constructor saw to it
-        return int(array.shape[0]), int(array.shape[1])
+        return None if array is None else (int(array.shape[0]), int(array.shape[1]))
 
 
 def as_frame(given: Frame | npt.ArrayLike, index: int = 0, *, grey_as_image: bool = False) -> Frame:
@@ -141,6 +168,12 @@ def as_frame(given: Frame | npt.ArrayLike, index: int = 0, *, grey_as_image: boo
     """
     if isinstance(given, Frame):
         return given
+    if are_masks_of_objects(given):
+        raise InputError(f"{shown(given)} is a mask per object: {_INSTANCES}")
+    if isinstance(given, Mapping) and are_masks_of_objects([given]):
+        raise InputError(
+            f"{shown(given)} is the mask of one object: put those of a frame into a list, and {_INSTANCES}"
+        )
     array = given if type(given) is np.ndarray else as_pixels("the frame", given, "any")
     if looks_like_image(array):
         return Frame(image=array, index=index)

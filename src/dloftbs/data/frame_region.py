@@ -107,15 +107,17 @@ class Region:
 
     def crop(self, frame: Frame) -> Frame:
         """Return a frame cut to the rectangle around the region, as views; there is no depth outside of a polygon."""
-        image, mask, depth, occluders = (
+        image, mask, depth, occluders, instances = (
             None if array is None else self.cut(array)
-            for array in (frame.image, frame.mask, frame.depth, frame.occluders)
+            for array in (frame.image, frame.mask, frame.depth, frame.occluders, frame.instances)
         )
         if depth is not None and self.inside is not None:
             with np.errstate(invalid="ignore"):  # what is not finite is no depth either
                 depth = depth * self.inside
         camera = None if frame.camera is None else self._camera_of(frame.camera)
-        return replace(frame, image=image, mask=mask, depth=depth, occluders=occluders, camera=camera)
+        return replace(
+            frame, image=image, mask=mask, depth=depth, occluders=occluders, instances=instances, camera=camera
+        )
 
     def _camera_of(self, whole: PinholeCamera) -> PinholeCamera:
         """Return the camera of the cut images, the same one for the same camera: a lens is prepared once."""

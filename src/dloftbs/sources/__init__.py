@@ -26,7 +26,9 @@ from dloftbs.sources.animations import AnimationSource, open_animation
 from dloftbs.sources.cameras import camera_index
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.look_alikes import warn_of_labels
-from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
+from dloftbs.sources.naming_rules import is_rule, without_partners
+from dloftbs.sources.object_files import ObjectFileSource, group_by_frame
+from dloftbs.sources.pairing import PairedSource, What, open_partner
 from dloftbs.sources.pixels import Kind, check_kind
 from dloftbs.sources.recordings import is_recording
 from dloftbs.sources.source import Source
@@ -66,6 +68,7 @@ def open(
     depth: PathLike | None = None,
     masks: PathLike | None = None,
     occluders: PathLike | None = None,
+    instances: PathLike | None = None,
     camera: CameraLike | None = None,
     registration: DepthRegistration | PathLike | None = None,
     depth_unit_m: float | None = None,
@@ -86,9 +89,9 @@ def open(
         (``"rtsp://..."``), the index of a camera (0, ``"0"``) or its device (``"/dev/video0"``). ``"-"`` is an image,
         an animation, a TIFF, a .npy or a .npz file on standard input, which is read into memory as a whole. An array,
         of whatever library, is a stack of images (N, H, W, 3), uint8, BGR, or of masks (N, H, W), (N, 1, H, W) or
-        (N, H, W, 1), bool or integer. A .npz holds `images`, `masks` or both, and may hold `depth` and `occluders`
-        (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter with `distortion` and
-        `distortion_model` as `PinholeCamera` has them.
+        (N, H, W, 1), bool or integer. A .npz holds `images`, `masks` or `instances`, and may hold `depth` and
+        `occluders` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter with `distortion`
+        and `distortion_model` as `PinholeCamera` has them.
     kind : {"auto", "image", "mask", "auto_image"}
         Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, in which any
         non-zero is cable; other files, videos, animations and cameras are images; arrays are what their shape or key
@@ -106,6 +109,12 @@ def open(
         Masks to go with images, in the same ways, or as any video or animation; the key in a .npz file is `masks`.
     occluders : str or path, optional
         Masks of what may hide cables, in the same ways as `masks` (see `Frame`); the key in a .npz file is `occluders`.
+    instances : str or path, optional
+        A mask per object (see `Frame`): label images in the same ways as `masks`, but for videos; a rule with wildcards
+        such as ``"{stem}_mask_*.png"``, a file per object, numbered from 1 in natural order, but for one whose stem
+        ends in ``_all``; ``"{stem}.json"`` of labelme or SAM; ``"{stem}.txt"`` of YOLO; or one file of COCO, whose
+        ``file_name`` are those of the frames. The latter four are taken as `masks`, too. In a folder without pictures,
+        the rule's stems are the frames.
     camera : PinholeCamera, str or path, or array_like, optional
         Goes with every frame, in place of what a .npz file says; a file as `PinholeCamera.from_file` reads it, the
         matrix K (3, 3), or (fx, fy, cx, cy). Beside a camera, depth, masks or occluders, image files are read as
@@ -143,7 +152,7 @@ def open(
     """
     _check_options(kind, masks, fps, jobs)
     check_flag("keep_messages", keep_messages)
-    _check_paths(where, depth, masks, occluders)
+    _check_paths(where, depth, masks, occluders, instances)
     camera, registration = _cameras(camera, registration)
     if depth_unit_m is None:
         depth_unit_m = MILLIMETRE_M if registration is None else registration.depth_unit_m
@@ -153,7 +162,7 @@ def open(
     if masks is not None:
         kind = "image"
     paired: dict[What, str] = {}
-    for what, partner in (("depth", depth), ("mask", masks), ("occluders", occluders)):
+    for what, partner in (("depth", depth), ("mask", masks), ("occluders", occluders), ("instances", instances)):
         if partner is not None:
             paired[cast(What, what)] = _path_text(what, partner)
     where = as_pixels("where", where, "any") if is_array_like(where) else where
@@ -163,7 +172,7 @@ def open(
         if given:
             raise InputError(f"{' and '.join(given)} cannot go with a camera or a stream")
         return LiveSource(live, kind=kind, camera=camera)
-    rules = [text for text in paired.values() if is_rule(text)]
+    rules: dict[What, str] = {what: text for what, text in paired.items() if is_rule(text)}
     # Depth of its own replaces that of a stack.
     own_registration = None if depth is not None else registration
     topics = {"topic": topic, "depth_topic": depth_topic, "info_topic": info_topic}
@@ -241,7 +250,9 @@ def _cameras(
 def _pair(
     source: Source, paired: dict[What, str], registration: DepthRegistration | None, depth_unit_m: float
 ) -> Source:
-    beside = source.paths if isinstance(source, FileSource) else None
+    if isinstance(source, ObjectFileSource):  # it has read its own
+        paired = {what: text for what, text in paired.items() if what != "instances"}
+    beside = source.paths if isinstance(source, (FileSource, ObjectFileSource)) else None
     try:
         partners = {what: open_partner(what, text, beside) for what, text in paired.items()}
         return PairedSource(source, partners, registration, depth_unit_m)
@@ -255,7 +266,7 @@ def _open_recorded(
     kind: Kind,
     camera: PinholeCamera | None,
     fps: float | None,
-    rules: Sequence[str],
+    rules: dict[What, str],
     registration: DepthRegistration | None,
     depth_unit_m: float,
     jobs: int,
@@ -281,20 +292,14 @@ def _open_path(
     kind: Kind,
     camera: PinholeCamera | None,
     fps: float | None,
-    rules: Sequence[str],
+    rules: dict[What, str],
     registration: DepthRegistration | None,
     depth_unit_m: float,
     jobs: int,
     upright: bool,
 ) -> Source:
     if is_glob(str(path)) or os.path.isdir(path):
-        paths = list_files(str(path), IMAGE_EXTENSIONS)
-        for rule in rules:
-            paths = without_partners(paths, rule)
-        if not paths:
-            raise SourceError(f"{path}: every image is the partner of another under {' and '.join(rules)}")
-        warn_of_labels(paths, str(path))
-        return FileSource(paths, str(path), kind=kind, camera=camera, fps=fps, jobs=jobs, upright=upright)
+        return _open_folder(str(path), kind, camera, fps, rules, jobs, upright)
     _check_exists(path)
     animation = open_animation(path, kind=kind, camera=camera, fps=fps)
     if animation is not None:
@@ -308,6 +313,29 @@ def _open_path(
         return FileSource([path], str(path), kind=kind, camera=camera, fps=fps, upright=upright)
     check_format(path)
     return VideoSource(path, kind=kind, camera=camera, fps=fps)
+
+
+def _open_folder(
+    where: str,
+    kind: Kind,
+    camera: PinholeCamera | None,
+    fps: float | None,
+    rules: dict[What, str],
+    jobs: int,
+    upright: bool,
+) -> Source:
+    """Open a folder or a glob."""
+    of_objects = rules.get("instances")
+    groups = None if of_objects is None else group_by_frame(where, of_objects, [*rules.values()])
+    if of_objects is not None and groups is not None:
+        return ObjectFileSource(groups, of_objects, where, camera=camera, fps=fps)
+    paths = list_files(where, IMAGE_EXTENSIONS)
+    for rule in rules.values():
+        paths = without_partners(paths, rule)
+    if not paths:
+        raise SourceError(f"{where}: every image is the partner of another under {' and '.join(rules.values())}")
+    warn_of_labels(paths, where)
+    return FileSource(paths, where, kind=kind, camera=camera, fps=fps, jobs=jobs, upright=upright)
 
 
 def _check_exists(path: Path) -> None:
@@ -333,9 +361,10 @@ def _live_address(where: object) -> int | str | None:
     return int(text)
 
 
-def _check_paths(where: Where, depth: object, masks: object, occluders: object) -> None:
+def _check_paths(where: Where, depth: object, masks: object, occluders: object, instances: object) -> None:
     """Refuse what is no path, before anything is opened."""
-    for name, path in (("where", where), ("depth", depth), ("masks", masks), ("occluders", occluders)):
+    beside = {"depth": depth, "masks": masks, "occluders": occluders, "instances": instances}
+    for name, path in {"where": where, **beside}.items():
         if isinstance(path, str) and not path:
             raise InputError(f"{name} is an empty text; the current folder is '.'")
         for each in path if isinstance(path, Sequence) and not isinstance(path, (str, bytes)) else [path]:

@@ -9,7 +9,8 @@ from pathlib import Path
 from dloftbs.sources.source import logger
 
 _LABEL_NAME = re.compile(
-    r"(?P<stem>.+?)(?P<ending>[_.-](?:masks?|labels?|segmentation|seg)(?:[_.-](?:all|(?P<number>[0-9]+)))?)",
+    r"(?P<stem>.+?)(?P<ending>[_.-](?:masks?|labels?|segmentation|seg|(?:obj(?:ect)?|inst(?:ance)?)(?=[_.-]?[0-9]))"
+    r"(?:[_.-]all|[_.-]?(?P<number>[0-9]+))?)",
     re.IGNORECASE,
 )
 """Endings of stems by which annotation tools and data sets name label images; a number is that of one object."""
@@ -18,7 +19,7 @@ _PICTURES = (".jpg", ".jpeg")
 
 
 def warn_of_labels(paths: Sequence[Path], where: str) -> None:
-    """Report images that lie beside what their names say is their label image, with the rule that distinguishes them.
+    """Report images beside their label image, and masks of several objects in a frame, by their names, with a rule.
 
     Parameters
     ----------
@@ -29,37 +30,75 @@ def warn_of_labels(paths: Sequence[Path], where: str) -> None:
     """
     pairs = list(_pairs(paths))
     if not pairs:
+        _warn_of_objects(paths, where)
         return
-    image, label, rule = min(pairs, key=lambda pair: pair[2] is None)
+    image, label, rule = max(pairs, key=lambda pair: "*" in pair[2])
     more = f", and {len(pairs) - 1} more such pairs" * (len(pairs) > 1)
-    if rule is None or any(pair[2] is None for pair in pairs):
-        remedy = f'Give the images alone, such as "*{image.suffix}"'
-        remedy += f', and with them masks="{rule}" (--masks "{rule}")' if rule is not None else ""
-    else:
-        remedy = f'To use the masks as such, give masks="{rule}" (--masks "{rule}")'
+    option = "instances" if "*" in rule else "masks"
     logger.warning(
-        "%s: %s and %s look like an image and its mask%s; all of them are frames. %s",
+        "%s: %s and %s look like an image and its mask%s; all of them are frames. To use the masks as such, give "
+        '%s="%s" (--%s "%s")',
         where,
         image.name,
         label.name,
         more,
-        remedy,
+        *(option, rule) * 2,
     )
 
 
-def _pairs(paths: Sequence[Path]) -> Iterator[tuple[Path, Path, str | None]]:
-    """Yield the image, its label image and the naming rule of each pair; None for the masks of single objects."""
+def _warn_of_objects(paths: Sequence[Path], where: str) -> None:
+    """Report masks of several objects a frame, which have no picture: of two frames or more, with two masks or more.
+
+    Names are sure where pixels are not: a thin cable that moves fast shares no pixel with itself, either. A single stem
+    with many numbers is a stream.
+    """
+    frames: dict[tuple[Path, str, str], list[Path]] = {}
+    for path in paths:
+        rule = _rule_of(path)
+        if rule is not None and "*" in rule:
+            stem = _stem_of(path)
+            frames.setdefault((path.parent, stem, rule), []).append(path)
+    several = [(rule, group) for (_, _, rule), group in frames.items() if len(group) > 1]
+    if len(several) > 1:
+        rule, group = several[0]
+        logger.warning(
+            "%s: %s and %s look like masks of two objects in one frame; all of them are frames, one after the other. "
+            'To use them as such, give instances="%s" (--instances "%s")',
+            where,
+            group[0].name,
+            group[1].name,
+            rule,
+            rule,
+        )
+
+
+def _pairs(paths: Sequence[Path]) -> Iterator[tuple[Path, Path, str]]:
+    """Yield the image, its label image and the naming rule of each pair; masks of single objects have a wildcard."""
     by_stem: dict[tuple[Path, str], list[Path]] = {}
     for path in paths:
         by_stem.setdefault((path.parent, path.stem), []).append(path)
     for path in paths:
-        named = _LABEL_NAME.fullmatch(path.stem)
-        if named is not None:
-            images = by_stem.get((path.parent, named["stem"]), [])
+        rule = _rule_of(path)
+        if rule is not None:
+            images = by_stem.get((path.parent, _stem_of(path)), [])
             if images:
-                rule = None if named["number"] else f"{{stem}}{named['ending']}{path.suffix}"
                 yield images[0], path, rule
         elif path.suffix.lower() in _PICTURES:
             others = [p for p in by_stem[path.parent, path.stem] if p.suffix.lower() not in _PICTURES]
             if others:
                 yield path, others[0], f"{{stem}}{others[0].suffix}"
+
+
+def _rule_of(path: Path) -> str | None:
+    """Return the naming rule of a file that is named like a label image; None of another."""
+    named = _LABEL_NAME.fullmatch(path.stem)
+    if named is None:
+        return None
+    ending = named["ending"] if named["number"] is None else named["ending"].removesuffix(named["number"]) + "*"
+    return f"{{stem}}{ending}{path.suffix}"
+
+
+def _stem_of(path: Path) -> str:
+    """Return the stem of the frame that a label image goes with by its name."""
+    named = _LABEL_NAME.fullmatch(path.stem)
+    return path.stem if named is None else named["stem"]

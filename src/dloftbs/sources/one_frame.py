@@ -8,8 +8,11 @@ from pathlib import Path
 
 from dloftbs import sources
 from dloftbs.data.frame import Frame
+from dloftbs.data.instance_labels import Size
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sources.pairing import What, is_rule, partner_of, read_partner
+from dloftbs.sources.naming_rules import is_rule, partner_of
+from dloftbs.sources.object_files import object_reads
+from dloftbs.sources.pairing import What, read_partner
 from dloftbs.sources.pixels import AnyArray, Kind
 from dloftbs.sources.standard_input import STANDARD_INPUT
 from dloftbs.support.values import shown
@@ -64,3 +67,27 @@ def read_beside(what: What, where: str | os.PathLike[str], picture: object) -> A
             raise InputError(f"{what}: the naming rule {text!r} needs the path of a picture, got {shown(picture)}")
         return read_partner(what, partner_of(Path(os.path.expanduser(os.fsdecode(picture))), text))
     return read_partner(what, Path(os.path.expanduser(text)))
+
+
+def read_instances(where: str | os.PathLike[str], picture: object, size: Size | None) -> AnyArray:
+    """Read the label image (H, W) of the objects in one frame.
+
+    Parameters
+    ----------
+    where : str or path
+        A file, or a naming rule, as `sources.open` takes them.
+    picture : object
+        As of `read_beside`.
+    size : (int, int) or None
+        ``(H, W)`` of the frame, where it is known.
+
+    Raises
+    ------
+    InputError
+        If there is a naming rule, and the picture has no path.
+    SourceError
+        If the file cannot be read, or holds something else.
+    """
+    path = Path(os.path.expanduser(os.fsdecode(picture))) if isinstance(picture, (str, os.PathLike)) else None
+    (read,) = object_reads(os.fsdecode(where), None if path is None else [path])
+    return read(size)

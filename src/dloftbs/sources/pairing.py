@@ -1,4 +1,4 @@
-"""Depth, masks and occluders from files beside the colour: which file belongs to which frame."""
+"""Depth, masks, occluders and instances from files beside the colour, frame by frame."""
 
 from __future__ import annotations
 
@@ -9,14 +9,19 @@ from functools import partial
 from pathlib import Path
 from typing import Literal, Protocol
 
+import numpy as np
+
 from dloftbs.camera import DepthRegistration
 from dloftbs.data.frame import Frame
+from dloftbs.data.instance_labels import Size
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.animations import open_animation
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, is_glob, is_image_file, list_files
+from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, partner_of
 from dloftbs.sources.npz_members import NpzMember, read_whole
+from dloftbs.sources.object_files import holds_objects, object_reads
 from dloftbs.sources.partner_stream import StreamPartner
-from dloftbs.sources.pixel_values import read_depth, read_mask
+from dloftbs.sources.pixel_values import read_depth, read_labels, read_mask
 from dloftbs.sources.pixels import AnyArray, load_npy
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.stacks import STACK_EXTENSIONS, Stack, check_stack
@@ -25,20 +30,20 @@ from dloftbs.sources.unreadable import check_format
 from dloftbs.sources.video import VideoSource
 from dloftbs.support.values import MILLIMETRE_M
 
-What = Literal["depth", "mask", "occluders"]
+What = Literal["depth", "mask", "occluders", "instances"]
 """Values that go with a frame, by the names of its fields."""
-STEM = "{stem}"
 
 _READERS: dict[What, Callable[[Path], AnyArray]] = {
     "depth": read_depth,
     "mask": read_mask,
     "occluders": read_mask,
+    "instances": read_labels,
 }
-_STACK_KEYS: dict[What, str] = {"depth": "depth", "mask": "masks", "occluders": "occluders"}
+_STACK_KEYS: dict[What, str] = {"depth": "depth", "mask": "masks", "occluders": "occluders", "instances": "instances"}
 
 
 class Partner(Protocol):
-    """Depth, masks or occluders that go with a stream, frame by frame.
+    """Depth, masks, occluders or instances that go with a stream, frame by frame.
 
     Attributes
     ----------
@@ -51,8 +56,8 @@ class Partner(Protocol):
     def start(self) -> Partner:
         """Return it for one iteration, with indices that grow."""
 
-    def read(self, index: int) -> AnyArray | None:
-        """Return what goes with the frame (H, W), or None where it is missing, which is reported."""
+    def read(self, index: int, size: Size) -> AnyArray | None:
+        """Return what goes with the frame (H, W) of a size, or None where it is missing, which is reported."""
 
     def counted(self) -> int:
         """Return the number of them, after reading to the end where that is needed."""
@@ -62,7 +67,7 @@ class Partner(Protocol):
 
 
 class _Files:
-    def __init__(self, what: What, reads: Sequence[Callable[[], AnyArray]]) -> None:
+    def __init__(self, what: What, reads: Sequence[Callable[[Size], AnyArray]]) -> None:
         self.count: int | None = len(reads)
         self._what = what
         self._reads = reads
@@ -70,9 +75,9 @@ class _Files:
     def start(self) -> Partner:
         return self
 
-    def read(self, index: int) -> AnyArray | None:
+    def read(self, index: int, size: Size) -> AnyArray | None:
         try:
-            return self._reads[index]()
+            return self._reads[index](size)
         except SourceError as error:
             logger.warning("frame %d goes without %s: %s", index, self._what, error)
             return None
@@ -93,16 +98,20 @@ class _Stacked:
     def start(self) -> Partner:
         return self
 
-    def read(self, index: int) -> AnyArray | None:
+    def read(self, index: int, size: Size) -> AnyArray | None:
         return None if self._stack is None else self._stack[index]
 
     def counted(self) -> int:
         return self._number
 
     def close(self) -> None:
-        if isinstance(self._stack, NpzMember):
-            self._stack.close()
+        _close(self._stack)
         self._stack = None
+
+
+def _close(stack: Stack | None) -> None:
+    if isinstance(stack, NpzMember):
+        stack.close()
 
 
 class PairedSource(Source):
@@ -112,7 +121,7 @@ class PairedSource(Source):
     ----------
     source : Source
         Belongs to this one from now on, and is closed with it.
-    partners : dict of {"depth", "mask", "occluders"} to Partner
+    partners : dict of {"depth", "mask", "occluders", "instances"} to Partner
     registration : DepthRegistration, optional
         Brings the depth into the images.
     depth_unit_m : float
@@ -196,7 +205,7 @@ def _with(
 ) -> Frame:
     without = _give(frame, what, None)
     try:
-        array = partner.read(frame.index) if partner.count is None or frame.index < partner.count else None
+        array = partner.read(frame.index, frame.size) if partner.count is None or frame.index < partner.count else None
         if array is None:
             if partner.count is not None and frame.index >= partner.count and what not in short:
                 logger.warning("frame %d goes without %s: there are only %d", frame.index, what, partner.count)
@@ -204,7 +213,7 @@ def _with(
             return without
         if registration is not None:
             array = registration.register(array, frame.size)
-        return _give(without, what, array)
+        return _give(frame, what, array)
     except InputError as error:
         if what == "depth":  # another size is no fault of one file
             raise InputError(f"{frame.name}: {error}") from error
@@ -220,33 +229,37 @@ def _give(frame: Frame, what: What, array: AnyArray | None) -> Frame:
             return replace(frame, mask=array)
         case "occluders":
             return replace(frame, occluders=array)
-
-
-def is_rule(where: str | None) -> bool:
-    """Return whether this is a naming rule, and not a path."""
-    return where is not None and STEM in where
+        case "instances":
+            is_their_mask = frame.instances is not None and np.array_equal(frame.mask != 0, frame.instances != 0)
+            return replace(frame, instances=array, mask=None if is_their_mask and array is not None else frame.mask)
 
 
 def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partner:
-    """Open depth, masks or occluders.
+    """Open depth, masks, occluders or instances.
 
     Parameters
     ----------
-    what : {"depth", "mask", "occluders"}
+    what : {"depth", "mask", "occluders", "instances"}
     where : str
         A naming rule such as ``"{stem}_depth.png"``, relative to the folder of each colour file; a folder or a glob; an
         image file, of several pages if it is a TIFF; a .npy file (N, H, W) or (H, W); a .npz file with the array
-        "depth", "masks" or "occluders"; a video, for depth with one channel of 16 bits; for the others an animation.
+        "depth", "masks", "occluders" or "instances"; a video, for depth with one channel of 16 bits, for masks and
+        occluders also an animation. For all but depth also a rule with wildcards, and files of annotations
+        (`object_reads`).
     beside : sequence of Path or None
         The colour files, None where the source is something else.
 
     Raises
     ------
     InputError
-        If a naming rule is given for a source that is not made of files.
+        If a naming rule is given for a source that is not made of files, or one of depth has wildcards.
     SourceError
         If there is nothing there, or it cannot be read.
     """
+    if what != "depth" and (holds_objects(where) or (what == "instances" and is_rule(where))):
+        return _Files(what, object_reads(where, beside))
+    if is_pattern(where):
+        raise InputError(f"{what}: the rule {where!r} must name one file for a frame, without * ? [")
     if is_rule(where):
         if beside is None:
             raise InputError(f"{what}: the naming rule {where!r} needs colour frames in files of their own")
@@ -254,14 +267,21 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     path = Path(os.path.expanduser(where))
     if is_glob(str(path)) or os.path.isdir(path):
         return _files(what, list_files(str(path), (*IMAGE_EXTENSIONS, ".pfm", ".npy")))
+    return _open_file(what, where, path)
+
+
+def _open_file(what: What, where: str, path: Path) -> Partner:
+    """Open one file."""
     check_place(path, f"{what}: there is no file or folder {where!r}, and it is no naming rule with {STEM}")
     if path.suffix.lower() in STACK_EXTENSIONS:
         return _Stacked(_open_stack(path, _STACK_KEYS[what]))
     pages = open_pages(path, kind="mask")
     if pages is not None:
         read = pages.read_depth if what == "depth" else pages.read_mask
-        return _Files(what, [partial(read, page) for page in range(pages.count)])
+        return _Files(what, [partial(_of_any_size, partial(read, page)) for page in range(pages.count)])
     check_format(path)
+    if what == "instances" and not is_image_file(path):
+        raise SourceError(f"{path}: instances must be image files, annotations, .npy or .npz, not a video")
     animation = open_animation(path, kind="mask")
     if animation is None and is_image_file(path):
         return _files(what, [path])
@@ -276,11 +296,16 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
 
 
 def _files(what: What, paths: Sequence[Path]) -> _Files:
-    return _Files(what, [partial(_READERS[what], path) for path in paths])
+    return _Files(what, [partial(_of_any_size, partial(_READERS[what], path)) for path in paths])
+
+
+def _of_any_size(read: Callable[[], AnyArray], _size: Size) -> AnyArray:
+    """Return what a file holds that says its size."""
+    return read()
 
 
 def read_partner(what: What, path: Path) -> AnyArray:
-    """Read depth, a mask or occluders (H, W) from an image file, or from a .npy or .npz file with one frame.
+    """Read depth, a mask, occluders or labels (H, W) from an image file, or from a .npy or .npz file with one frame.
 
     Raises
     ------
@@ -290,13 +315,13 @@ def read_partner(what: What, path: Path) -> AnyArray:
     check_place(path, f"{what}: there is no file {str(path)!r}")
     if path.suffix.lower() not in STACK_EXTENSIONS:
         return _READERS[what](path)
-    partner = _Stacked(_open_stack(path, _STACK_KEYS[what]))
+    stack = _open_stack(path, _STACK_KEYS[what])
     try:
-        array = partner.read(0) if partner.count == 1 else None
+        array = stack[0] if stack.shape[0] == 1 else None
     finally:
-        partner.close()
+        _close(stack)
     if array is None:
-        raise SourceError(f"{path}: {what} must hold one frame, got {partner.count}")
+        raise SourceError(f"{path}: {what} must hold one frame, got {stack.shape[0]}")
     return array
 
 
@@ -314,38 +339,3 @@ def _open_stack(path: Path, key: str) -> Stack:
     except InputError as error:
         raise SourceError(f"{path}: {error}") from error
     return stack
-
-
-def without_partners(paths: Sequence[Path], rule: str) -> list[Path]:
-    """Return the colour files: those that are no other's partner under the rule.
-
-    A file that is named like a partner, but belongs to nothing, is left out with a warning.
-    """
-    partners = {partner_of(path, rule) for path in paths}
-    colour = []
-    for path in paths:
-        normal = _normal(path)
-        if normal in partners:
-            continue
-        if _named_like_partner(path, rule) and not os.path.exists(partner_of(path, rule)):
-            logger.warning("left out %s: it is named by the rule %r, and no file goes with it", path, rule)
-            continue
-        colour.append(path)
-    return colour
-
-
-def partner_of(path: Path, rule: str) -> Path:
-    """Return the file that goes with a colour file under a rule."""
-    return _normal(path.parent / rule.replace(STEM, path.stem))
-
-
-def _named_like_partner(path: Path, rule: str) -> bool:
-    folder, name = os.path.split(rule)
-    before, _, after = name.partition(STEM)
-    inside = _normal(path.parent / folder) == _normal(path.parent)
-    longer = len(path.name) > len(before) + len(after)
-    return inside and longer and path.name.startswith(before) and path.name.endswith(after)
-
-
-def _normal(path: Path) -> Path:
-    return Path(os.path.normpath(path))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from dloftbs.data.frame import Frame
+from dloftbs.data.instance_labels import Size
 from dloftbs.sources.source import Source, logger
 from dloftbs.support.arrays import AnyArray
 
@@ -31,7 +32,7 @@ class StreamPartner:
         """Return it for one iteration, with indices that grow."""
         return StreamPartner(self._what, self._source)
 
-    def read(self, index: int) -> AnyArray | None:
+    def read(self, index: int, size: Size) -> AnyArray | None:
         """Return what goes with a frame (H, W); None behind the end, or where it is missing, which is reported."""
         while self._frame is None or self._frame.index < index:
             if not self._advance():

@@ -52,7 +52,15 @@ class PictureStream(Source):
                     said.add(remark)
                     logger.warning("%s: %s", label, remark)
             stamp = None if self.fps is None else index / self.fps
-            frame = Frame(picture.image, picture.mask, camera=self._camera, index=index, stamp=stamp, name=label)
+            frame = Frame(
+                picture.image,
+                picture.mask,
+                camera=self._camera,
+                index=index,
+                stamp=stamp,
+                name=label,
+                instances=picture.instances,
+            )
             if frame.size not in names:
                 names[frame.size] = frame.name
                 if len(names) == 2:

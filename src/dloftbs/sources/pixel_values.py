@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from dloftbs.errors import SourceError
+from dloftbs.sources.image_header import is_lossy
 from dloftbs.sources.indexed_colour import is_indexed
 from dloftbs.sources.pixels import (
     decode,
@@ -27,10 +28,12 @@ def read_labels(path: Path) -> AnyArray:
     Raises
     ------
     SourceError
-        If the file cannot be read or has several channels or other numbers.
+        If the file cannot be read or has several channels or other numbers, or went through a lossy codec.
     """
     try:
         data = read_bytes(path)
+        if is_lossy(data):
+            raise SourceError("a lossy codec changes numbers: save labels as PNG")
         labels = read_indices(data) if is_indexed(data) else decode(data)
     except SourceError as error:
         raise SourceError(f"{path}: {error}") from error

@@ -81,6 +81,8 @@ class Picture(NamedTuple):
     """EXIF orientation that is still to be applied; `AS_STORED` where none is."""
     remarks: tuple[str, ...] = ()
     """Warnings, in the same words for all pictures that they hold for."""
+    instances: AnyArray | None = None
+    """Label image (H, W) of the objects."""
 
 
 def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArray | None]:

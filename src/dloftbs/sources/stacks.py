@@ -26,6 +26,7 @@ NPZ_KEYS = {
     "masks": "(N, H, W)",
     "depth": "(N, H, W)",
     "occluders": "(N, H, W)",
+    "instances": "(N, H, W) numbers of objects",
     "stamps": "(N,) seconds",
     "camera": "(4,) fx, fy, cx, cy",
     "distortion": "(n,) of the camera",
@@ -37,7 +38,7 @@ _LENS_KEYS = {"distortion": "distortion", "model": "distortion_model"}
 
 
 class ArraySource(Source):
-    """Stacks of images, masks, depth and occluders, indexed together.
+    """Stacks of images, masks, depth, occluders and instances, indexed together.
 
     Parameters
     ----------
@@ -47,6 +48,8 @@ class ArraySource(Source):
     masks : Stack, shape (N, H, W), (N, 1, H, W) or (N, H, W, 1), bool or integer, optional
     depth : Stack, shape (N, H, W), floating point (metres) or integer, optional
     occluders : Stack, shape (N, H, W), bool or integer, optional
+    instances : Stack, shape (N, H, W), integer, optional
+        Label images (see `Frame`).
     stamps : array_like, shape (N,), optional
         Seconds.
     kind : {"auto", "image", "mask"}
@@ -64,7 +67,7 @@ class ArraySource(Source):
     Raises
     ------
     InputError
-        If neither images nor masks are given, or shapes or types are wrong or disagree.
+        If neither images, masks nor instances are given, or shapes or types are wrong or disagree.
     """
 
     def __init__(
@@ -75,6 +78,7 @@ class ArraySource(Source):
         masks: Stack | None = None,
         depth: Stack | None = None,
         occluders: Stack | None = None,
+        instances: Stack | None = None,
         stamps: npt.ArrayLike | None = None,
         kind: Kind = "auto",
         camera: PinholeCamera | None = None,
@@ -82,7 +86,7 @@ class ArraySource(Source):
         registration: DepthRegistration | None = None,
         depth_unit_m: float = MILLIMETRE_M,
     ) -> None:
-        stacks = {"images": images, "masks": masks, "depth": depth, "occluders": occluders}
+        stacks = {"images": images, "masks": masks, "depth": depth, "occluders": occluders, "instances": instances}
         self._stacks = {key: stack for key, stack in stacks.items() if stack is not None}
         self.name = name
         self.fps = fps
@@ -90,7 +94,12 @@ class ArraySource(Source):
         self._stamps = None if stamps is None else _check_stamps(stamps, self.length)
         if images is not None and masks is not None and kind != "auto":
             del self._stacks["masks" if kind == "image" else "images"]
-        if kind == "image" and "images" not in self._stacks and self._stacks["masks"].dtype != np.uint8:
+        if (
+            kind == "image"
+            and "images" not in self._stacks
+            and "masks" in self._stacks
+            and self._stacks["masks"].dtype != np.uint8
+        ):
             raise InputError(
                 f"masks must be uint8 to be taken for images, got {self._stacks['masks'].dtype}; to use them as masks, "
                 "leave out the colour, or give kind='mask' (--kind mask)"
@@ -124,16 +133,28 @@ class ArraySource(Source):
         assert self.length is not None  # the constructor counted
         for index in range(self.length):
             image, mask = self._image_and_mask(index)
-            depth = self._depth(index, image if image is not None else mask)
-            occluders = self._stacks["occluders"][index] if "occluders" in self._stacks else None
-            stamp, name = self._stamp(index), f"{self.name}#{index}"
-            yield Frame(image, mask, depth, occluders, self._camera, index, stamp, name, self._depth_unit_m)
+            occluders, instances = (
+                self._stacks[key][index] if key in self._stacks else None for key in ("occluders", "instances")
+            )
+            depth = self._depth(index, next((array for array in (image, mask, instances) if array is not None), None))
+            yield Frame(
+                image,
+                mask,
+                depth,
+                occluders,
+                self._camera,
+                index,
+                self._stamp(index),
+                f"{self.name}#{index}",
+                self._depth_unit_m,
+                instances,
+            )
             if self._closed:
                 return
 
     def _image_and_mask(self, index: int) -> tuple[AnyArray | None, AnyArray | None]:
         given = {key: self._stacks[key][index] for key in ("images", "masks") if key in self._stacks}
-        if len(given) == 2 or self._kind == "auto":
+        if len(given) != 1 or self._kind == "auto":
             return given.get("images"), given.get("masks")
         (pixels,) = given.values()
         return image_or_mask(pixels if "images" in given else plane_of(pixels), self._kind, lossy=False)
@@ -209,15 +230,19 @@ def _from_npz(
     depth_unit_m: float,
 ) -> ArraySource:
     keys, small = read_whole(file, ("stamps", "camera", "distortion", "distortion_model"))
-    if "images" not in keys and "masks" not in keys:
+    if not {"images", "masks", "instances"}.intersection(keys):
         expected = "; ".join(f"{key} {shape}" for key, shape in NPZ_KEYS.items())
         found = ", ".join(keys) or "none"
-        raise SourceError(f"{file}: needs the array 'images' or 'masks'; found {found}; expected {expected}")
+        raise SourceError(
+            f"{file}: needs the array 'images', 'masks' or 'instances'; found {found}; expected {expected}"
+        )
     if camera is None and "camera" in small:
         camera = _camera(small)
     if kind == GREY_AS_IMAGE:  # the keys say what the arrays are
         kind = "auto"
-    stacks = {key: NpzMember(file, key) for key in ("images", "masks", "depth", "occluders") if key in keys}
+    stacks = {
+        key: NpzMember(file, key) for key in ("images", "masks", "depth", "occluders", "instances") if key in keys
+    }
     stamps = small.get("stamps")
     return ArraySource(
         file.name,
@@ -232,7 +257,7 @@ def _from_npz(
 
 
 def check_stacks(stacks: dict[str, Stack], *, registered: bool = True) -> int:
-    """Return the number of frames of the stacks, of which "images" or "masks" is given.
+    """Return the number of frames of the stacks, of which "images", "masks" or "instances" are given.
 
     Depth that is not registered yet may have another size.
 
@@ -241,8 +266,8 @@ def check_stacks(stacks: dict[str, Stack], *, registered: bool = True) -> int:
     InputError
         If shapes or types are wrong or disagree, or there is no frame.
     """
-    if "images" not in stacks and "masks" not in stacks:
-        raise InputError("images or masks must be given, got neither")
+    if not {"images", "masks", "instances"}.intersection(stacks):
+        raise InputError("images, masks or instances must be given, got none of them")
     for key, stack in stacks.items():
         check_stack(key, stack)
     shapes = {key: _size(key, stack)[: 3 if registered or key != "depth" else 1] for key, stack in stacks.items()}
@@ -254,7 +279,7 @@ def check_stacks(stacks: dict[str, Stack], *, registered: bool = True) -> int:
 
 
 def check_stack(key: str, stack: Stack) -> None:
-    """Check a stack by its name: "images", "masks", "depth" or "occluders".
+    """Check a stack by its name: "images", "masks", "depth", "occluders" or "instances".
 
     Raises
     ------

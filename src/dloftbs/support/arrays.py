@@ -87,7 +87,8 @@ def as_numbers(name: str, value: npt.ArrayLike) -> FloatArray:
     return array.astype(np.float64, copy=False)
 
 
-_IS_A_STACK = "; track follows a stack, and sources.open opens one"
+_OF_OBJECTS = "if it is a mask per object of one frame, give detect(instances=x) or Frame(instances=x)"
+_IS_A_STACK = f"; track follows a stack of frames, and sources.open opens one; {_OF_OBJECTS}"
 _MARKED = {"mask": "cable", "occluders": "an occluder"}
 
 
@@ -115,8 +116,10 @@ def _image_remedy(array: AnyArray) -> str:
         return _EIGHT_BITS.get(array.dtype.kind, "")
     if channels == 4:
         return "; four channels: image[..., :3] if they are BGRA, image[..., 2::-1] if they are RGBA"
-    if channels and array.shape[0] in (3, 4):
-        return "; channels come last: image.transpose(1, 2, 0), and [..., 2::-1] of that if they are RGB"
+    if channels and array.shape[0] in (3, 4) and array.dtype != np.bool_:
+        return (
+            f"; channels come last: image.transpose(1, 2, 0), and [..., 2::-1] of that if they are RGB; {_OF_OBJECTS}"
+        )
     if array.ndim == 2:
         return "; a grey image is repeated: np.dstack([image] * 3)"
     return _IS_A_STACK if array.ndim in (3, 4) else ""

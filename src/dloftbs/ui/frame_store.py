@@ -183,5 +183,5 @@ class FrameStore:
 
 
 def _bytes_of(frame: Frame) -> int:
-    arrays = (frame.image, frame.mask, frame.depth, frame.occluders)
+    arrays = (frame.image, frame.mask, frame.depth, frame.occluders, frame.instances)
     return max(1, sum(array.nbytes for array in arrays if array is not None))

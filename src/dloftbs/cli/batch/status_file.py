@@ -16,7 +16,7 @@ from dloftbs.cli.durations import LatencyHistogram
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.errors import InputError
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of
-from dloftbs.sources.pairing import partner_of
+from dloftbs.sources.naming_rules import partners_of
 from dloftbs.support.documents import parse_json, read_text
 from dloftbs.support.json_text import encode
 from dloftbs.support.safe_files import write_whole
@@ -206,7 +206,8 @@ def _files(path: Path) -> Iterator[Path]:
 
 
 def _partners(path: Path, rule: str) -> Iterator[Path]:
-    return (partner_of(file, rule) for file in files_of(str(path), IMAGE_EXTENSIONS))
+    groups = partners_of(files_of(str(path), IMAGE_EXTENSIONS), rule)
+    return (partner for group in groups for partner in group)
 
 
 def _timing(report: RunReport) -> Timing:

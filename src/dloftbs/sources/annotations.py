@@ -1,0 +1,318 @@
+"""Masks of objects in files of annotation tools and data sets: COCO, SAM, labelme, YOLO.
+
+Coordinates of polygons are pixels, rounded to whole ones; the pixels that an outline runs through belong to the object,
+so that no thin cable is broken.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from collections.abc import Iterator, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from dloftbs.data.instance_labels import Labels, Size, as_labels, paint
+from dloftbs.errors import InputError, SourceError
+from dloftbs.sources.pixels import MAX_PIXELS, check_pixels, decode, read_bytes
+from dloftbs.sources.source import logger
+from dloftbs.support.arrays import AnyArray
+from dloftbs.support.documents import parse_json
+from dloftbs.support.values import check_size, shown
+
+ANNOTATION_SUFFIXES = (".json", ".txt")
+"""Of files that hold the masks of a frame as polygons or run lengths."""
+_BOX_VALUES = 5
+"""Values of a line that holds a box: class, centre, width, height.
+
+Source: YOLO's format of detection.
+"""
+
+
+class _Image(msgspec.Struct):
+    file_name: str = ""
+    id: int | float | str | None = None
+    height: int | float | None = None
+    width: int | float | None = None
+
+    @property
+    def size(self) -> Size | None:
+        return _size(self.height, self.width)
+
+
+class _Annotation(msgspec.Struct):
+    image_id: int | float | str | None = None
+    segmentation: Any = None
+
+
+class _Shape(msgspec.Struct):
+    points: Any = None
+    shape_type: str | None = "polygon"
+    label: int | float | str | None = None
+    group_id: int | float | str | None = None
+    mask: str | None = None
+
+
+class _Document(msgspec.Struct, rename={"height": "imageHeight", "width": "imageWidth"}):
+    """Any of the formats: COCO has images, SAM's data set an image, labelme shapes."""
+
+    images: list[_Image] | None = None
+    annotations: list[_Annotation] | None = None
+    image: _Image | None = None
+    shapes: list[_Shape] | None = None
+    height: int | float | None = None
+    width: int | float | None = None
+
+
+def read_annotations(path: Path, size: Size | None = None) -> Labels:
+    """Return the label image (H, W) of one frame's file.
+
+    Parameters
+    ----------
+    path : Path
+        JSON of labelme (polygons and masks; all other shapes are left out with a warning), JSON of SAM (a list of
+        dictionaries, or a file of its data set), COCO with one image; or text of YOLO (``class x y x y ...``, in shares
+        of the frame's size).
+    size : (int, int), optional
+        ``(H, W)`` of the frame; needed by YOLO, and by a file that does not say it.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or is of another format, or its size differs from the frame's.
+    """
+    try:
+        if path.suffix.lower() == ".txt":
+            return _of_yolo(read_bytes(path), size, path)
+        return _of_json(_parse(read_bytes(path)), size, path)
+    except (InputError, SourceError) as error:
+        raise SourceError(f"{path}: {error}") from error
+
+
+def read_coco(path: Path) -> CocoFile | None:
+    """Return the annotations of COCO in a file; None where it is of another format.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read, or is no JSON of annotations.
+    """
+    try:
+        document = _parse(read_bytes(path))
+    except (InputError, SourceError) as error:
+        raise SourceError(f"{path}: {error}") from error
+    if isinstance(document, list) or document.images is None or document.annotations is None:
+        return None
+    return CocoFile(path, document.images, document.annotations)
+
+
+class CocoFile:
+    """Annotations of many frames in one file of COCO, by the names of their pictures.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    images, annotations : sequence
+        As the file holds them.
+    """
+
+    def __init__(self, path: Path, images: Sequence[_Image], annotations: Sequence[_Annotation]) -> None:
+        self.count = len(images)
+        self._path = path
+        self._images: dict[str, list[_Image]] = {}
+        for image in images:
+            self._images.setdefault(_base_name(image.file_name), []).append(image)
+        self._annotations: dict[int | float | str | None, list[_Annotation]] = {}
+        boxes = sum(not annotation.segmentation for annotation in annotations)
+        if boxes:
+            logger.warning(
+                "%s: left out %d of %d annotations, which have no segmentation", path, boxes, len(annotations)
+            )
+        for annotation in annotations:
+            self._annotations.setdefault(annotation.image_id, []).append(annotation)
+
+    def check_names(self, paths: Sequence[Path]) -> None:
+        """Refuse a file in which no image is named as a frame.
+
+        Raises
+        ------
+        SourceError
+            With a name of either.
+        """
+        if not any(path.name in self._images for path in paths):
+            has = f"such as {next(iter(self._images))!r}" if self._images else "none at all"
+            raise SourceError(f"{self._path}: no file_name is that of a frame, such as {paths[0].name!r}; it has {has}")
+
+    def read(self, frame: Path, size: Size | None) -> Labels:
+        """Return the label image (H, W) of the frame in a file, by its name; of several of one name, by its folders.
+
+        Raises
+        ------
+        SourceError
+            If it is not among the images, or more than once, or an annotation is wrong.
+        """
+        images = self._images.get(frame.name, [])
+        if len(images) > 1:
+            images = [image for image in images if _ends_with(frame, image.file_name)]
+        if len(images) != 1:
+            count = f"{len(images)} images that are" if images else "no image that is"
+            raise SourceError(f"{self._path}: has {count} named {frame.name!r}")
+        (image,) = images
+        try:
+            return _of_annotations(self._annotations.get(image.id, []), size, image.size)
+        except InputError as error:
+            raise SourceError(f"{self._path}: {frame.name}: {error}") from error
+
+
+def _parse(data: bytes) -> Any:
+    return parse_json(data, _Document | list[_Annotation])
+
+
+def _of_json(document: _Document | list[_Annotation], size: Size | None, path: Path) -> Labels:
+    if isinstance(document, list):
+        return _of_annotations(document, size, None)
+    if document.shapes is not None:
+        known = _one_size(size, _size(document.height, document.width))
+        return paint(_of_shapes(document.shapes, known, path), known)
+    images = [document.image] if document.image is not None else document.images or []
+    if document.annotations is None or len(images) != 1:
+        raise InputError("must be JSON of labelme ('shapes'), of SAM, or of COCO with one image ('annotations')")
+    return _of_annotations(document.annotations, size, images[0].size)
+
+
+def _size(height: float | None, width: float | None) -> Size | None:
+    """Return the size that a file says, in whole numbers; None where it says none."""
+    if height is None or width is None:
+        return None
+    return check_size("size of the picture", (int(height), int(width)))
+
+
+def _one_size(size: Size | None, own: Size | None) -> Size:
+    """Return the size of the frame, if a file says no other."""
+    if size is not None and own not in (None, size):
+        raise InputError(f"is for pictures of the size {own} (rows, columns), and the frame has {size}")
+    found = size or own
+    if found is None:
+        raise InputError("does not say the size of the picture, which is needed beside it")
+    check_pixels(*found)
+    return found
+
+
+def _of_annotations(annotations: Sequence[_Annotation], size: Size | None, own: Size | None) -> Labels:
+    if size is None and own is None:
+        own = next((_size_of(one.segmentation) for one in annotations), None)
+    known = _one_size(size, own)
+    return paint((_of_segmentation(one.segmentation, known) for one in annotations), known)
+
+
+def _size_of(segmentation: Any) -> Size | None:
+    """Return the size that run lengths say; None of polygons."""
+    match segmentation:
+        case {"size": [int(rows), int(columns)]}:
+            return _size(rows, columns)
+    return None
+
+
+def _of_segmentation(segmentation: Any, size: Size) -> AnyArray:
+    """Return the mask (H, W) of run lengths, or of polygons, which are the parts of one object."""
+    if isinstance(segmentation, dict):
+        return as_labels([{"segmentation": segmentation}], size)
+    segmentation = segmentation or []  # a box alone
+    if not isinstance(segmentation, list):
+        raise InputError(f"a segmentation must be run lengths or polygons, got {shown(segmentation)}")
+    polygons = segmentation if not segmentation or isinstance(segmentation[0], list) else [segmentation]
+    canvas = np.zeros(size, np.uint8)
+    for polygon in polygons:
+        _fill(canvas, polygon)
+    return canvas
+
+
+def _of_shapes(shapes: Sequence[_Shape], size: Size, path: Path) -> Iterator[AnyArray]:
+    """Yield the mask (H, W) of each object of labelme; shapes of one group are its parts."""
+    groups: dict[object, list[_Shape]] = {}
+    for number, shape in enumerate(shapes):
+        kind = shape.shape_type or "polygon"
+        if kind in ("polygon", "mask"):
+            key = number if shape.group_id is None else (shape.label, shape.group_id)
+            groups.setdefault(key, []).append(shape)
+        else:
+            logger.warning("%s: left out the %s %r: only polygons and masks have an area", path, kind, shape.label)
+    for group in groups.values():
+        canvas = np.zeros(size, np.uint8)
+        for shape in group:
+            if shape.shape_type == "mask":
+                _paste(canvas, shape)
+            else:
+                _fill(canvas, shape.points)
+        yield canvas
+
+
+def _fill(canvas: AnyArray, polygon: Any) -> None:
+    """Set the pixels of a polygon, [x, y, x, y, ...] or [[x, y], ...]."""
+    try:
+        points = np.array(polygon, np.float64).reshape(-1, 2)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"a polygon must be pairs of numbers, got {shown(polygon)}") from error
+    if len(points) < 3 or not (np.abs(points) <= MAX_PIXELS).all():
+        raise InputError(f"a polygon must have three corners or more, in pixels, got {shown(polygon)}")
+    import cv2
+
+    cv2.fillPoly(canvas, [np.rint(points).astype(np.int32)], 1)
+
+
+def _paste(canvas: AnyArray, shape: _Shape) -> None:
+    """Set the pixels of a mask of labelme, a PNG between two corners."""
+    try:
+        pixels = decode(base64.b64decode(shape.mask or "", validate=True))
+        (left, top), _ = np.rint(np.array(shape.points, np.float64).reshape(2, 2)).astype(np.int64).tolist()
+    except (binascii.Error, TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"a mask must be a PNG between two corners, got {shown(shape.points)}") from error
+    if pixels.ndim != 2:
+        raise InputError(f"a mask must have one channel, got {pixels.shape}")
+    x, y = max(left, 0), max(top, 0)
+    inside = canvas[y : max(top + pixels.shape[0], 0), x : max(left + pixels.shape[1], 0)]
+    inside |= pixels[y - top :, x - left :][: inside.shape[0], : inside.shape[1]] != 0
+
+
+def _of_yolo(data: bytes, size: Size | None, path: Path) -> Labels:
+    if size is None:
+        raise InputError("coordinates of YOLO are shares of the picture's size, which is needed beside it")
+    try:
+        rows = [[float(word) for word in line.split()] for line in data.decode("utf-8-sig").splitlines()]
+    except ValueError as error:
+        raise InputError(f"is no text of YOLO, lines of numbers: {error}") from error
+    return paint(_of_lines(rows, size, path), size)
+
+
+def _of_lines(rows: Sequence[Sequence[float]], size: Size, path: Path) -> Iterator[AnyArray]:
+    """Yield the mask (H, W) of each polygon."""
+    boxes = [number for number, row in enumerate(rows, 1) if len(row) == _BOX_VALUES]
+    if boxes:
+        logger.warning("%s: left out %d boxes (line %d): only polygons have an area", path, len(boxes), boxes[0])
+    for number, row in enumerate(rows, 1):
+        if len(row) in (0, _BOX_VALUES):
+            continue
+        points = np.array(row[1:], np.float64)
+        if len(row) < 7 or len(row) % 2 == 0:
+            raise InputError(f"line {number} must be a class and three points or more, got {len(row)} numbers")
+        corners = points.reshape(-1, 2) * size[::-1]
+        if not ((corners >= -1.0) & (corners <= np.array(size[::-1]) + 1.0)).all():
+            raise InputError(
+                f"line {number} must have coordinates in 0..1, shares of the picture's size, got {max(row[1:]):g}"
+            )
+        canvas = np.zeros(size, np.uint8)
+        _fill(canvas, corners)
+        yield canvas
+
+
+def _base_name(file_name: str) -> str:
+    return PurePosixPath(file_name.replace("\\", "/")).name
+
+
+def _ends_with(frame: Path, file_name: str) -> bool:
+    parts = PurePosixPath(file_name.replace("\\", "/")).parts
+    return frame.parts[-len(parts) :] == parts

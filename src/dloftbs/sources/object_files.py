@@ -1,0 +1,173 @@
+"""Files of masks of single objects: which of them a frame has, and streams that are made of nothing else."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.data.frame import Frame
+from dloftbs.data.instance_labels import Labels, Size, as_labels, paint
+from dloftbs.errors import InputError, SourceError
+from dloftbs.sources.annotations import ANNOTATION_SUFFIXES, read_annotations, read_coco
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, list_files
+from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, is_union, partners_of, stem_under
+from dloftbs.sources.picture_stream import PictureStream
+from dloftbs.sources.pixel_values import read_labels, read_mask
+from dloftbs.sources.pixels import Picture, load_npy
+
+Read = Callable[[Size | None], Labels]
+"""Reader of the label image of a frame, whose size is given where it is known."""
+
+
+def holds_objects(where: str) -> bool:
+    """Return whether a rule or a path names files that only a reader of objects understands."""
+    return is_pattern(where) or Path(where).suffix.lower() in ANNOTATION_SUFFIXES
+
+
+def object_reads(where: str, beside: Sequence[Path] | None) -> list[Read]:
+    """Return what reads the label image of each frame.
+
+    Parameters
+    ----------
+    where : str
+        A naming rule, or a file of annotations: COCO's for all frames, or any of one frame.
+    beside : sequence of Path or None
+        Files of the frames; None where the source is something else.
+
+    Raises
+    ------
+    InputError
+        If frames that are not in files of their own are to be known by their names.
+    SourceError
+        If a file for all frames cannot be read, or has none of them.
+    """
+    if is_rule(where):
+        if beside is None:
+            raise InputError(f"the naming rule {where!r} needs frames in files of their own")
+        frames = {Path(os.path.normpath(path)) for path in beside} if is_pattern(where) else ()
+        groups = partners_of(beside, where)
+        return [partial(_read, [file for file in files if file not in frames], where) for files in groups]
+    path = Path(os.path.expanduser(where))
+    check_place(path, f"instances: there is no file {where!r}, and it is no naming rule with {STEM}")
+    coco = read_coco(path) if path.suffix.lower() == ".json" else None
+    if coco is None or (beside is None and coco.count == 1):
+        return [partial(read_objects, path)]
+    if beside is None:
+        raise InputError(f"{where!r} knows frames by their names, and needs them in files of their own")
+    coco.check_names(beside)
+    return [partial(coco.read, frame) for frame in beside]
+
+
+def _read(files: Sequence[Path], rule: str, size: Size | None) -> Labels:
+    """Return the label image of a frame from the files that go with it."""
+    if is_pattern(rule):
+        if not files:
+            raise SourceError(f"there is no file by the rule {rule!r}")
+        try:
+            return paint(map(read_mask, files), size)
+        except InputError as error:
+            raise SourceError(f"{files[0].name}, ...: {error}") from error
+    return read_objects(files[0], size)
+
+
+def read_objects(path: Path, size: Size | None) -> Labels:
+    """Return the label image (H, W) of a frame from one file: a label image, .npy, also of a stack, or annotations.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read, or holds something else.
+    """
+    if path.suffix.lower() in ANNOTATION_SUFFIXES:
+        return read_annotations(path, size)
+    try:
+        return as_labels(load_npy(path) if path.suffix.lower() == ".npy" else read_labels(path), size)
+    except InputError as error:
+        raise SourceError(f"{path}: {error}") from error
+
+
+class ObjectFileSource(PictureStream):
+    """Frames that have no pictures, only files of their objects.
+
+    Parameters
+    ----------
+    groups : dict of str to sequence of Path
+        Files of each frame by its stem, in the order of the stream.
+    rule : str
+        That named them.
+    name : str
+    camera : PinholeCamera, optional
+        Goes with every frame.
+    fps : float, optional
+        Gives the stamps ``index / fps``; without it there are none.
+
+    Attributes
+    ----------
+    paths : tuple of Path
+        Pictures as they would be, for other naming rules.
+    """
+
+    def __init__(
+        self,
+        groups: dict[str, list[Path]],
+        rule: str,
+        name: str,
+        *,
+        camera: PinholeCamera | None = None,
+        fps: float | None = None,
+    ) -> None:
+        super().__init__(name, list(groups), camera=camera, fps=fps)
+        self.paths = tuple(files[0].with_name(f"{stem}.png") for stem, files in groups.items())
+        self._groups = tuple(groups.values())
+        self._rule = rule
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frames, each with its instances and their mask; what cannot be read is skipped.
+
+        Raises
+        ------
+        SourceError
+            If the source is closed, or the only frame cannot be read.
+        """
+        self._begin()
+        return self._made(map(self._picture, self._groups))
+
+    def _picture(self, files: Sequence[Path]) -> Picture | SourceError:
+        try:
+            return Picture(None, None, instances=_read(files, self._rule, None))
+        except SourceError as error:
+            return error
+
+
+def group_by_frame(where: str, rule: str, rules: Sequence[str]) -> dict[str, list[Path]] | None:
+    """Return the files of each frame by its stem, where there are no pictures beside them; None where there are.
+
+    Parameters
+    ----------
+    where : str
+        Folder or glob.
+    rule : str
+        Naming rule of the objects.
+    rules : sequence of str
+        All naming rules.
+
+    Raises
+    ------
+    SourceError
+        If there is no file at all, or the folder cannot be read.
+    """
+    suffix = Path(rule).suffix.lower()
+    files = list_files(where, (*IMAGE_EXTENSIONS, suffix))
+    groups: dict[str, list[Path]] = {}
+    for path in files:
+        stem = stem_under(path, rule)
+        if stem is not None and is_pattern(rule) and is_union(path):
+            continue
+        if stem is not None:
+            groups.setdefault(stem, []).append(path)
+        elif path.suffix.lower() in IMAGE_EXTENSIONS and all(stem_under(path, one) is None for one in rules):
+            return None
+    return groups or None
