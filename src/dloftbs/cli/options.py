@@ -247,6 +247,7 @@ class InputOptions:
     topic: str | None = None
     depth_topic: str | None = None
     info_topic: str | None = None
+    mask_topic: str | None = None
 
     def open(
         self,
@@ -283,6 +284,7 @@ class InputOptions:
             topic=self.topic,
             depth_topic=self.depth_topic,
             info_topic=self.info_topic,
+            mask_topic=self.mask_topic,
             keep_messages=keep_messages,
         )
 
@@ -371,6 +373,11 @@ def input_options(command: Command) -> Command:
         "depth is in metres.",
     )
     @topic_options
+    @click.option(
+        "--mask-topic",
+        metavar="NAME",
+        help="Topic of the images' masks in a recording, in place of a colour; images without a mask are left out.",
+    )
     @functools.wraps(command)
     def with_inputs(
         *args: Any,
@@ -384,12 +391,18 @@ def input_options(command: Command) -> Command:
         topic: str | None,
         depth_topic: str | None,
         info_topic: str | None,
+        mask_topic: str | None,
         **kwargs: Any,
     ) -> None:
-        if masks is not None and kind == "mask":
-            raise click.UsageError("--masks goes with images: --kind mask says that the frames are masks themselves")
+        for option, given in (("--masks", masks), ("--mask-topic", mask_topic)):
+            if given is not None and kind == "mask":
+                raise click.UsageError(
+                    f"{option} goes with images: --kind mask says that the frames are masks themselves"
+                )
+        if masks is not None and mask_topic is not None:
+            raise click.UsageError("--masks and --mask-topic are two sources of masks; leave out one")
         cameras = parse_camera(camera), parse_registration(registration)
-        topics = topic, depth_topic, info_topic
+        topics = topic, depth_topic, info_topic, mask_topic
         inputs = InputOptions(kind, depth, masks, occluders, *cameras, depth_unit, *topics)
         command(*args, inputs=inputs, **kwargs)
 
