@@ -18,6 +18,7 @@ from dloftbs.data.frame_region import Region
 from dloftbs.data.graph import Graph
 from dloftbs.data.mask_crop import MaskCrop, Skeleton
 from dloftbs.data.prediction import Prediction
+from dloftbs.data.prompt import Prompt
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import fit, keep_to_mask
@@ -99,6 +100,7 @@ def run_stages(
     predicted: Sequence[Prediction] = (),
     depth_edges: DepthEdges | None = None,
     region: Region | None = None,
+    prompt: Prompt | None = None,
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
@@ -111,7 +113,7 @@ def run_stages(
         As `Pipeline.process`.
     """
     clock = _Clock()
-    mask = _mask(frame, segmenter)
+    mask = _mask(frame, segmenter, prompt)
     is_soft = is_probability(mask)
     if is_soft:
         mask = above_half(mask)
@@ -196,7 +198,7 @@ def _link_by_bending(
     return _Linked(linked.centerlines, graph=graph)
 
 
-def _mask(frame: Frame, segmenter: FrameSegmenter | None) -> AnyArray:
+def _mask(frame: Frame, segmenter: FrameSegmenter | None, prompt: Prompt | None) -> AnyArray:
     if frame.mask is not None:
         return frame.mask
     if segmenter is None:
@@ -205,4 +207,4 @@ def _mask(frame: Frame, segmenter: FrameSegmenter | None) -> AnyArray:
             "a segmenter, such as ColourModel.fit(image, strokes), or the frame a mask; "
             "if the image is a mask itself, pass one channel of it: image[..., 0]"
         )
-    return segmenter(frame)
+    return segmenter(frame, prompt)

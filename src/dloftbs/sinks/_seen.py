@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from dloftbs.data.centerline import JointKind
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.spans import Spans, outside
 from dloftbs.sinks._rows import ObjectRow, object_rows
 
 CATEGORY = "cable"
@@ -31,7 +32,7 @@ class SeenObject:
     row: ObjectRow
     curve: BSplineCurve
     width_px: float
-    spans: tuple[tuple[float, float], ...]
+    spans: Spans
 
 
 def seen_objects(result: FrameResult) -> Iterator[SeenObject]:
@@ -41,15 +42,6 @@ def seen_objects(result: FrameResult) -> Iterator[SeenObject]:
 
     for row, item in zip(object_rows(result), items_of(result, Style()), strict=True):
         gaps = [joint.u for joint in item.joints if joint.kind is JointKind.GAP]
-        spans = tuple(_outside([*gaps, *item.inferred]))
+        spans = outside([*gaps, *item.inferred])
         if spans and not item.hidden and item.width_px is not None:
             yield SeenObject(row, item.curve, item.width_px, spans)
-
-
-def _outside(unseen: Iterable[tuple[float, float]]) -> Iterator[tuple[float, float]]:
-    """Yield the intervals of 0..1 that no other covers."""
-    end = 0.0
-    for low, high in [*sorted(unseen), (1.0, 1.0)]:
-        if low > end:
-            yield end, low
-        end = max(end, high)
