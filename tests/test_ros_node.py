@@ -221,6 +221,7 @@ def test_the_launch_file_has_each_parameter_and_the_tables_each_argument(launche
         ("target_frame", "base_link", "base_link"),
         ("max_rate", "5", 5.0),
         ("depth_unit", "0.0001", 0.0001),
+        ("mask_topic", "/sam2/mask", "/sam2/mask"),
     ],
 )
 def test_an_argument_reaches_the_node_in_its_type(launched, parameters, name, text, value):

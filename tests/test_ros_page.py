@@ -20,6 +20,10 @@ PAGE = (Path(__file__).parents[1] / "docs" / "ros.md").read_text(encoding="utf-8
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     bags.write_mcap(Path("run.mcap"), bags.entries(4))
+    masks = [
+        ("/sam2/mask", at, bags.raw_image(bags.mask_of(i), "mono8", at)) for i in range(4) if (at := bags.stamp_of(i))
+    ]
+    bags.write_mcap(Path("segmented.mcap"), [*bags.entries(4), *masks])
     return tmp_path
 
 
@@ -29,7 +33,7 @@ def test_the_commands_run(folder):
     for command in commands:
         run(*shlex.split(command, comments=True))
     assert len(commands) >= 5
-    for written in ("curves.jsonl", "overlay.mp4", "curves.npz", "curves.mcap", "curves/metadata.yaml"):
+    for written in ("curves.jsonl", "overlay.mp4", "curves.npz", "masked.jsonl", "curves.mcap", "curves/metadata.yaml"):
         assert (folder / written).stat().st_size > 100, written
     assert len(list((folder / "cable").glob("*.ply"))) == 4
 

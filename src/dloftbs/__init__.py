@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from dloftbs.data.frame import Frame
     from dloftbs.data.frame_result import FrameResult
     from dloftbs.data.prediction import Prediction
+    from dloftbs.data.prompt import Prompt
     from dloftbs.data.stage_trace import StageTrace
     from dloftbs.data.tracks import EndKind, Track, TrackState
     from dloftbs.errors import ConfigError, DependencyError, DloftbsError, InputError, SinkError, SourceError
@@ -60,6 +61,7 @@ _HOME = {
     **dict.fromkeys(("detect", "track"), "api"),
     "Pipeline": "pipeline",
     "Prediction": "data.prediction",
+    "Prompt": "data.prompt",
     **dict.fromkeys(("BackgroundSegmenter", "ColourModel", "Segmenter", "median_background"), "segmentation"),
     "StageTrace": "data.stage_trace",
     "DepthRegistration": "camera",
@@ -92,6 +94,7 @@ __all__ = [
     "PinholeCamera",
     "Pipeline",
     "Prediction",
+    "Prompt",
     "Segment",
     "Segmenter",
     "SinkError",

@@ -83,6 +83,15 @@ def test_an_output_that_is_an_input_is_refused_before_anything_is_written(place,
     assert contents(place.parent) == before
 
 
+@pytest.mark.parametrize("out", ["in.labelme", "in.labelme/", "bag/"])
+def test_a_folder_that_holds_inputs_gets_no_results(place, out):
+    save(Path(out) / "0.png", mask())
+    before = contents(place.parent)
+    result = run("detect", f"{out}/0.png", "--out", out, code=2)
+    assert f"--out {out} holds inputs, which the results would replace; choose another name" in words(result)
+    assert contents(place.parent) == before
+
+
 @pytest.mark.parametrize("scheme", ["file://", "FILE:"])
 def test_the_address_of_a_file_is_an_input_too(place, scheme):
     before = contents(place)

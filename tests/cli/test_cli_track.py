@@ -36,6 +36,21 @@ def test_a_folder_becomes_tracks_with_ids(tmp_path):
     assert (out / "curves.config.yaml").exists()
 
 
+def test_tracks_become_labels(tmp_path):
+    for i in range(3):
+        save(tmp_path / "in" / f"{i}.png", photo(40 + i))
+    out = tmp_path / "out"
+    run("track", tmp_path / "in", "--hsv", RED, "--out", out / "labels.json", "--out", f"{out}/a.labelme/")
+    content = json.loads((out / "labels.json").read_text())
+    assert [image["file_name"] for image in content["images"]] == ["0.png", "1.png", "2.png"]
+    assert [(one["image_id"], one["track_id"]) for one in content["annotations"]] == [(1, 1), (2, 1), (3, 1)]
+    assert sorted(path.name for path in (out / "a.labelme").iterdir()) == [
+        *("0.json", "0.png", "1.json", "1.png", "2.json", "2.png")
+    ]
+    assert (cv2.imread(str(out / "a.labelme" / "2.png")) == photo(42)).all()
+    assert (out / "labels.config.yaml").exists()
+
+
 @pytest.mark.parametrize(("under", "states"), [(True, ["confirmed"] * 9 + ["hidden"]), (False, ["confirmed"] * 9)])
 def test_a_cable_under_occluders_is_hidden(tmp_path, under, states):
     stack = np.stack([mask(20 + i) for i in range(9)] + [np.zeros_like(mask(20))])

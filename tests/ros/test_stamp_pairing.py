@@ -1,4 +1,4 @@
-"""Depth goes to the image of its moment, in order and in bounded memory."""
+"""Depth, or a mask, goes to the image of its moment, in order and in bounded memory."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ STAMPS = st.lists(st.integers(0, 400), max_size=12, unique=True).map(sorted)
 
 def paired(arrivals):
     """Return the pairs of (is_image, stamp in ms) that arrive in this order."""
-    pairing: StampPairing[int] = StampPairing(0.02)
+    pairing: StampPairing[int, int] = StampPairing(0.02)
     found = []
     for is_image, stamp in arrivals:
-        found += (pairing.add_image if is_image else pairing.add_depth)(stamp * MS, stamp)
+        found += (pairing.add_image if is_image else pairing.add_partner)(stamp * MS, stamp)
     return [*found, *pairing.rest()]
 
 
@@ -37,16 +37,16 @@ def test_each_image_has_the_nearest_depth_while_arrivals_are_late_by_little(imag
 
 
 def test_images_do_not_wait_for_ever():
-    pairing: StampPairing[int] = StampPairing(0.02)
+    pairing: StampPairing[int, int] = StampPairing(0.02)
     out = [len(list(pairing.add_image(i * MS, i))) for i in range(3 * WAITING)]
     assert out == [0] * WAITING + [1] * (2 * WAITING)
     assert list(pairing.rest()) == [(i, None) for i in range(2 * WAITING, 3 * WAITING)]
 
 
 def test_depth_without_images_is_forgotten():
-    pairing: StampPairing[int] = StampPairing(0.02)
+    pairing: StampPairing[int, int] = StampPairing(0.02)
     for i in range(10_000):
-        assert not list(pairing.add_depth(i * MS, i))
+        assert not list(pairing.add_partner(i * MS, i))
     assert list(pairing.add_image(5 * MS, -1)) == [(-1, None)]
 
 

@@ -10,7 +10,7 @@ import sink_examples as examples
 
 from dloftbs import sinks
 
-NAMES = ("a.jsonl", "a.npz", "a.csv", "a.ply", "a.mp4", "pictures/")
+NAMES = ("a.jsonl", "a.npz", "a.csv", "a.ply", "a.json", "a.mp4", "pictures/", "b.labelme/")
 
 
 def main(folder: str) -> None:

@@ -1,7 +1,8 @@
-"""Whatever ends the process, what the sinks wrote can be read; only arrays are written at the end."""
+"""Whatever ends the process, what the sinks wrote can be read; only arrays and COCO's labels are written at the end."""
 
 from __future__ import annotations
 
+import json
 import random
 import signal
 import subprocess
@@ -44,6 +45,7 @@ def test_after_a_kill_every_frame_written_can_be_read(killed):
     assert count <= len(records) <= count + 1
 
     assert not (folder / "a.npz").exists()
+    assert not (folder / "a.json").exists()
 
     table = (folder / "a.csv").read_text().splitlines()
     assert len(table) - 1 >= 200 * count
@@ -62,6 +64,11 @@ def test_after_a_kill_every_frame_written_can_be_read(killed):
     assert len(pictures) >= count
     assert all(cv2.imread(str(picture)) is not None for picture in pictures)
 
+    labels = sorted((folder / "b.labelme").glob("*.json"))
+    assert count <= len(labels) <= count + 1
+    for label in labels:
+        assert (folder / "b.labelme" / json.loads(label.read_text())["imagePath"]).is_file()
+
 
 def read_video(path: Path) -> list[np.ndarray]:
     capture = cv2.VideoCapture(str(path))
@@ -74,7 +81,7 @@ def read_video(path: Path) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), RuntimeError("the camera is gone")])
-@pytest.mark.parametrize("name", ["a.jsonl", "a.npz", "a.csv", "a.ply", "a.mp4", "pictures/"])
+@pytest.mark.parametrize("name", ["a.jsonl", "a.npz", "a.csv", "a.ply", "a.json", "a.mp4", "pictures/", "b.labelme/"])
 def test_an_error_in_the_block_closes_the_sink(tmp_path, name, error):
     sink = examples.open_sink(f"{tmp_path}/{name}")
 

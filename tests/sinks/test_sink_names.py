@@ -108,7 +108,7 @@ def test_any_names_stay_in_their_folder(tmp_path_factory, names):
     check(root, root / "a" / "pictures", len(names))
 
 
-@pytest.mark.parametrize("suffix", [".jsonl", ".csv", ".npz", ".ply", ".obj", ".mp4"])
+@pytest.mark.parametrize("suffix", [".jsonl", ".csv", ".npz", ".ply", ".obj", ".json", ".mp4"])
 def test_names_of_frames_name_no_other_files(tmp_path, suffix):
     folder = tmp_path / "a" / "b"
     write(examples.open_sink(f"{folder}/out{suffix}"), NAMES)
@@ -117,6 +117,11 @@ def test_names_of_frames_name_no_other_files(tmp_path, suffix):
         assert found == {"a/b/out", *(f"a/b/out/{index:06d}{suffix}" for index in range(len(NAMES)))}
     else:
         assert found == {f"a/b/out{suffix}"}
+
+
+def test_labels_stay_in_their_folder(tmp_path):
+    write(sinks.LabelmeSink(tmp_path / "a" / "b.labelme"), NAMES)
+    check(tmp_path, tmp_path / "a" / "b.labelme", 2 * len(NAMES))
 
 
 @pytest.mark.parametrize("ending", ["/x", "a/b", "..\\x", "\0"])

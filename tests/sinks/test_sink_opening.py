@@ -19,6 +19,7 @@ FILES = {
     "a.CSV": sinks.CsvSink,
     "a.ply": sinks.GeometrySink,
     "a.obj": sinks.GeometrySink,
+    "a.json": sinks.CocoSink,
     "a.mp4": sinks.OverlayVideoSink,
     "a.mov": sinks.OverlayVideoSink,
 }
@@ -58,7 +59,7 @@ def test_a_picture_that_got_no_frame_leaves_what_was_there(tmp_path):
     assert (tmp_path / "a.png").read_text() == "precious"
 
 
-@pytest.mark.parametrize("kind", [sinks.kind_of(name) for name in (*FILES, "a.png", "folder")])
+@pytest.mark.parametrize("kind", [sinks.kind_of(name) for name in (*FILES, "a.png", "folder", "a.labelme")])
 def test_an_empty_path_is_not_the_current_folder(tmp_path, monkeypatch, kind):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match="empty"):
@@ -79,7 +80,7 @@ def test_a_folder_in_the_place_of_the_file(tmp_path, name):
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
-@pytest.mark.parametrize("name", [*FILES, "pictures"])
+@pytest.mark.parametrize("name", [*FILES, "pictures", "a.labelme"])
 def test_a_file_in_the_place_of_the_folder(tmp_path, name):
     (tmp_path / "folder").write_text("precious")
     with pytest.raises(SinkError, match=name):
@@ -99,7 +100,7 @@ def nobody():
     os.seteuid(user)
 
 
-@pytest.mark.parametrize("name", [*FILES, "pictures"])
+@pytest.mark.parametrize("name", [*FILES, "pictures", "a.labelme"])
 def test_no_permission(tmp_path, name, request):
     tmp_path.chmod(0o500)
     request.getfixturevalue("nobody")
@@ -138,7 +139,7 @@ def test_a_full_disk_is_a_sink_error(tmp_path, name):
         write()
 
 
-@pytest.mark.parametrize("name", [*FILES, "pictures"])
+@pytest.mark.parametrize("name", [*FILES, "pictures", "a.labelme"])
 def test_closing_twice_is_closing_once_and_then_nothing_is_written(tmp_path, name):
     sink = sinks.open(tmp_path / name)
     sink.close()

@@ -1,6 +1,7 @@
 """The node: images, depth and camera in, curves out.
 
-``image``, ``depth`` and ``camera_info`` are remapped to what the camera publishes. A topic is subscribed once somebody
+``image``, ``depth`` and ``camera_info`` are remapped to what the camera publishes, and the parameter ``mask_topic``
+names the topic of a segmenter. A topic is subscribed once somebody
 publishes it, with its type, raw or compressed, and its reliability. Results go to ``~/points``, ``~/markers``,
 ``~/points_px``, ``~/overlay/compressed``, ``~/mask`` and ``~/diagnostics``, as in recordings (docs/ros.md).
 """
@@ -51,7 +52,7 @@ from dloftbs.ros import (
 from dloftbs.ros.bag_file import Topic
 from dloftbs.ros.message_fields import stamp_ns_of
 from dloftbs.ros.result_messages import PIXELS
-from dloftbs.ros.stamp_pairing import StampPairing
+from dloftbs.ros.stamp_pairing import WAITING_FOR_MASKS, StampPairing
 from dloftbs.ros.topic_choice import COMPRESSED_TYPE, IMAGE_TYPE, IMAGE_TYPES, INFO_TYPE, Topics
 from dloftbs.sinks._images import encode
 from dloftbs.sources.pixels import kind_for
@@ -68,6 +69,7 @@ DEPTH = 10
 
 _CLASSES: dict[str, Any] = {IMAGE_TYPE: Image, COMPRESSED_TYPE: CompressedImage, INFO_TYPE: CameraInfo}
 _INPUTS = {"image": IMAGE_TYPES, "depth": IMAGE_TYPES, "camera_info": (INFO_TYPE,)}
+"""Inputs that are remapped, and their types; masks have the types of images."""
 _OUTPUTS: dict[str, Any] = {
     "points": PointCloud2,
     "markers": MarkerArray,
@@ -88,6 +90,9 @@ class _Arrived:
 
 
 Pair = tuple[_Arrived, "_Arrived | None"]
+"""An image and its depth."""
+Moment = tuple[Pair, "_Arrived | None"]
+"""An image and its depth, and their mask where there is a topic of masks."""
 
 
 class TrackNode(Node):
@@ -111,6 +116,8 @@ class TrackNode(Node):
         self._asked = Parameters.declared(self._declare)
         self._pipeline = self._asked.make_pipeline()
         self._topics = {name: self._asked.topic(name, self.resolve_topic_name(name)) for name in _INPUTS}
+        if self._asked.mask_topic:
+            self._topics["mask"] = self.resolve_topic_name(self._asked.mask_topic)
         topic = self._topics["image"]
         self._maker = FrameMaker(
             topic,
@@ -122,12 +129,13 @@ class TrackNode(Node):
         load_kernels()  # before the first frame waits for them
         self._make = RclpyFactory()
         self._markers = MarkerWriter(self._make)
-        self._newest: Newest[Pair] = Newest(self._asked.max_rate)
-        self._pairing: StampPairing[_Arrived] = StampPairing()
+        self._newest: Newest[Moment] = Newest(self._asked.max_rate)
+        self._pairing: StampPairing[_Arrived, _Arrived] = StampPairing()
+        self._masking: StampPairing[Pair, _Arrived] = StampPairing(waiting=WAITING_FOR_MASKS)
         self._inputs: dict[str, tuple[tuple[str, bool], Any]] = {}
         self._problems: dict[str, str] = {}
         self._outputs = {name: self.create_publisher(kind, f"~/{name}", DEPTH) for name, kind in _OUTPUTS.items()}
-        self._received = self._unreadable = self._answered = self._untransformed = 0
+        self._received = self._unreadable = self._answered = self._untransformed = self._unmasked = 0
         self._watch = Watch(self._topics, monotonic())
         self._lock = threading.Lock()  # of the pipeline and the markers: reset comes from another thread
         self.create_service(Empty, "~/reset", self._reset)
@@ -152,8 +160,8 @@ class TrackNode(Node):
 
     def _look(self) -> None:
         """Subscribe to what is published, anew where its publisher has changed, and say so if nothing comes."""
-        for name, types in _INPUTS.items():
-            wanted, problem = choose(self._offers(self._topics[name]), types, self._asked.reliability)
+        for name, topic in self._topics.items():
+            wanted, problem = choose(self._offers(topic), _INPUTS.get(name, IMAGE_TYPES), self._asked.reliability)
             if problem is not None and self._problems.get(name) != problem:
                 self.get_logger().error(problem)
             self._problems[name] = problem or ""
@@ -202,8 +210,11 @@ class TrackNode(Node):
         except DloftbsError as error:
             self._complain(f"a message of {self._topics[name]}: {error}")
             return
+        if name == "mask":
+            self._hand_over(self._masking.add_partner(arrived.stamp_ns, arrived))
+            return
         if name == "depth":
-            pairs = self._pairing.add_depth(arrived.stamp_ns, arrived)
+            pairs = self._pairing.add_partner(arrived.stamp_ns, arrived)
         else:
             self._received += 1
             pairs = self._pairing.add_image(arrived.stamp_ns, arrived)
@@ -215,7 +226,19 @@ class TrackNode(Node):
         for image, depth in pairs:
             if depth is not None:
                 self._watch.hear("pair", monotonic())
-            self._newest.put((image, depth))
+            if "mask" in self._topics:
+                self._hand_over(self._masking.add_image(image.stamp_ns, (image, depth)))
+            else:
+                self._newest.put(((image, depth), None))
+
+    def _hand_over(self, moments: Iterable[Moment]) -> None:
+        """Take the images that have masks, and count the others."""
+        for pair, mask in moments:
+            if mask is None:
+                self._unmasked += 1
+            else:
+                self._watch.hear("masked", monotonic())
+                self._newest.put((pair, mask))
 
     def _reset(self, _request: Any, response: Any) -> Any:
         with self._lock:
@@ -232,10 +255,11 @@ class TrackNode(Node):
 
     def _work(self) -> None:
         try:
-            while (pair := self._newest.take()) is not None:
+            while (moment := self._newest.take()) is not None:
+                (image, depth), mask = moment
                 try:
                     with self._lock:
-                        self._process(*pair)
+                        self._process(image, depth, mask)
                 except DloftbsError as error:
                     self._unreadable += 1
                     self._complain(f"a frame is left out: {error}")
@@ -243,8 +267,8 @@ class TrackNode(Node):
             self.failure = error
         self.ended.set()
 
-    def _process(self, image: _Arrived, depth: _Arrived | None) -> None:
-        pixels = self._maker.pixels(image.message)
+    def _process(self, image: _Arrived, depth: _Arrived | None, mask: _Arrived | None) -> None:
+        pixels = self._maker.pixels(image.message, None if mask is None else mask.message)
         frame = self._maker.make(
             image.message,
             pixels,
@@ -327,6 +351,7 @@ class TrackNode(Node):
             "dropped": self._newest.dropped,
             "over max_rate": self._newest.skipped,
             "unreadable": self._unreadable,
+            "without mask": self._unmasked,
             "without transform": self._untransformed,
         }
         return [self._make("diagnostic_msgs/msg/KeyValue", key=key, value=str(count)) for key, count in counts.items()]

@@ -47,6 +47,8 @@ class Parameters:
         Frames a second at most; 0 for all.
     depth_unit : float
         Metres per count of integer depth.
+    mask_topic : str
+        Topic of the images' masks, as a segmenter publishes them; empty where there is none.
 
     Raises
     ------
@@ -65,6 +67,7 @@ class Parameters:
     target_frame: str = ""
     max_rate: float = 0.0
     depth_unit: float = 0.001
+    mask_topic: str = ""
 
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():

@@ -99,6 +99,16 @@ def missing_depth_text(topic: str, present: Sequence[Publisher], arrives: bool) 
     return f"{said}, nobody publishes there{aligned}; {_remap('depth', topic, others)}"
 
 
+def missing_mask_text(topic: str, present: Sequence[Publisher], arrives: bool) -> str:
+    """Return what to say when images come without masks, as `missing_depth_text` does."""
+    if arrives:
+        return f"images have no mask of their time, though {topic} arrives; does the segmenter keep the images' stamps?"
+    said = f"no mask on {topic}: images are left out"
+    if any(publisher.topic == topic for publisher in present):
+        return f"{said}; it is published, but no message comes"
+    return f"{said}, nobody publishes there; is the segmenter running, and is mask_topic its topic?"
+
+
 def missing_info_text(topic: str, present: Sequence[Publisher]) -> str:
     """Return what to say when no camera has come with images and depth."""
     said = f"no camera on {topic}: curves are in pixels alone"

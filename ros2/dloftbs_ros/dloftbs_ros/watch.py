@@ -4,38 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from dloftbs_ros.publishers import Publisher, missing_depth_text, missing_info_text, silence_text
+from dloftbs_ros.publishers import Publisher, missing_depth_text, missing_info_text, missing_mask_text, silence_text
 
 SILENT_S = 5.0
 """Time without an input after which that is said: longer than drivers take between their first topic and their last."""
 
 
 class Watch:
-    """Notices what is silent: images again and again, depth and the camera once in each silence.
+    """Notices what is silent: images again and again; masks, depth and the camera once in each silence.
 
     Parameters
     ----------
     topics : mapping of str to str
-        Topic of each input, "image", "depth" and "camera_info", after remaps.
+        Topic of each input, "image", "depth", "camera_info" and, where there is one, "mask", after remaps.
     now : float
         Time in seconds, as everywhere in this class.
     """
 
     def __init__(self, topics: Mapping[str, str], now: float) -> None:
         self._topics = topics
-        self._heard = {**dict.fromkeys(topics, now), "pair": now}
+        self._heard = {**dict.fromkeys(topics, now), "pair": now, "masked": now}
         self._since = self._said = now
         self._has_camera = False
         self._known: set[str] = set()
 
     def hear(self, name: str, now: float) -> None:
-        """Take note that a message of an input has come, or a "pair" of image and depth."""
+        """Take note that a message of an input has come, a "pair" of image and depth, or one "masked"."""
         if name == "image" and now - self._heard[name] >= SILENT_S:
             self._since = now  # what goes with it may come as late as it does
         self._heard[name] = now
         self._has_camera |= name == "camera_info"
         if name == "pair":
             self._known.discard("depth")
+        if name == "masked":
+            self._known.discard("mask")
 
     def words(
         self,
@@ -63,6 +65,9 @@ class Watch:
             self._said = now
             return [silence_text(self._topics["image"], silent_s, present(), problems.get("image") or None)]
         words = []
+        if "mask" in self._topics and self._is_news("mask", now - max(self._heard["masked"], self._since)):
+            arrives = now - self._heard["mask"] < SILENT_S
+            words.append(problems.get("mask") or missing_mask_text(self._topics["mask"], present(), arrives))
         if wants_metres and self._is_news("depth", now - max(self._heard["pair"], self._since)):
             arrives = now - self._heard["depth"] < SILENT_S
             text = missing_depth_text(self._topics["depth"], present(), arrives)

@@ -29,6 +29,7 @@ PARAMETERS: dict[str, tuple[type, str]] = {
     "target_frame": (str, "coordinate frame of curves in space, reached by tf"),
     "max_rate": (float, "frames a second at most, 0: all"),
     "depth_unit": (float, "metres per count of integer depth"),
+    "mask_topic": (str, "topic of the images' masks, as a segmenter publishes them"),
 }
 """Parameters of the node and their types; an empty argument leaves the value to the file of parameters."""
 OUTPUTS = ("points", "markers", "points_px", "overlay/compressed", "mask", "diagnostics")

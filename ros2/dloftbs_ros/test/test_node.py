@@ -145,6 +145,22 @@ def test_topics_of_a_realsense_give_metres_once_they_are_named(peer):
     assert camera.off_m(points_of(peer.heard["points"][-1]), 2) < OFF_M
 
 
+def test_masks_of_a_topic_go_with_the_images_of_their_stamps(peer):
+    sequence = rgbd_artificial(size=SIZE)[0]
+    image, mask = peer.publisher(Image, "/image"), peer.publisher(Image, "/sam2/mask")
+    peer.start("-p", "mask_topic:=/sam2/mask")
+    peer.wait_matched(image, mask)
+    photo = np.full((*SIZE, 3), 90, np.uint8)
+    for index in range(4):
+        image.publish(image_message(MAKE, header(index), photo))
+    for index in (1, 3):  # a segmenter that is slower than the camera
+        mask.publish(mask_message(MAKE, header(index), sequence.frame(index).mask))
+    wanted = [T0_NS + index * PERIOD_NS for index in (1, 3)]
+    peer.wait("curves of two frames", lambda: peer.stamps("points_px") == wanted)
+    assert values_of(peer.heard["diagnostics"][-1])["without mask"] == "2"
+    assert all(len(rows_of(cloud)) == 100 for cloud in peer.heard["points_px"])
+
+
 def test_a_depth_that_is_not_published_is_missed_with_the_argument_that_turns_it_on(peer):
     camera = Camera(peer, depth=False)
     other = peer.publisher(Image, "/camera/camera/depth/image_rect_raw")

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 from dloftbs_ros.newest import Newest
 from dloftbs_ros.parameters import as_type
-from dloftbs_ros.publishers import Publisher, choose, missing_depth_text, missing_info_text, silence_text
+from dloftbs_ros.publishers import (
+    Publisher,
+    choose,
+    missing_depth_text,
+    missing_info_text,
+    missing_mask_text,
+    silence_text,
+)
 from dloftbs_ros.transforms import moved
 from dloftbs_ros.watch import SILENT_S, Watch
 
@@ -157,6 +164,12 @@ def test_missing_depth_is_explained(topic, present, said):
     assert "one clock" in missing_depth_text(topic, present, arrives=True)
 
 
+def test_missing_masks_are_explained():
+    assert "images are left out, nobody publishes there" in missing_mask_text("/m", [], arrives=False)
+    assert "no message comes" in missing_mask_text("/m", [Publisher("/m", IMAGE, True)], arrives=False)
+    assert "keep the images' stamps" in missing_mask_text("/m", [], arrives=True)
+
+
 def test_a_missing_camera_is_explained():
     present = [Publisher("/b/camera_info", INFO, True), Publisher("/c", IMAGE, True)]
     text = missing_info_text("/a/camera_info", present)
@@ -167,8 +180,8 @@ def test_a_missing_camera_is_explained():
 class Listener:
     """A watch with its time, in steps of half a second, and what it said."""
 
-    def __init__(self) -> None:
-        self.watch, self.now, self.said = Watch(TOPICS, 0.0), 0.0, []
+    def __init__(self, topics: dict[str, str] = TOPICS) -> None:
+        self.watch, self.now, self.said = Watch(topics, 0.0), 0.0, []
 
     def listen(
         self, seconds: float, *names: str, metres: bool = True, problems: dict[str, str] | None = None
@@ -200,6 +213,15 @@ def test_depth_and_camera_are_missed_once_in_a_silence():
     listener.listen(1.0, "image", "pair")
     (said,) = listener.listen(30.0, "image", "depth")
     assert "one clock" in said
+
+
+def test_masks_are_missed_once_in_a_silence_where_they_have_a_topic():
+    listener = Listener({**TOPICS, "mask": "/sam2/mask"})
+    (said,) = listener.listen(30.0, "image", metres=False)
+    assert said.startswith("no mask on /sam2/mask")
+    assert listener.listen(10.0, "image", "mask", "masked", metres=False) == []
+    (said,) = listener.listen(30.0, "image", "mask", metres=False)
+    assert said.startswith("images have no mask of their time")
 
 
 def test_depth_is_not_missed_where_nobody_asked_for_metres_or_before_images_come():

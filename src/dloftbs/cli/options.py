@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Command = Callable[..., None]
 
-DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".mcap")
+DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".json", ".labelme", ".mcap")
 CAMERA_SUFFIXES = (".yaml", ".yml", ".json", ".xml")
 STANDARD_OUTPUT = "-"
 
@@ -256,6 +256,7 @@ class InputOptions:
     depth_topic: str | None = None
     info_topic: str | None = None
     instances: str | None = None
+    mask_topic: str | None = None
 
     def open(
         self,
@@ -293,6 +294,7 @@ class InputOptions:
             topic=self.topic,
             depth_topic=self.depth_topic,
             info_topic=self.info_topic,
+            mask_topic=self.mask_topic,
             keep_messages=keep_messages,
         )
 
@@ -389,6 +391,11 @@ def input_options(command: Command) -> Command:
         "depth is in metres.",
     )
     @topic_options
+    @click.option(
+        "--mask-topic",
+        metavar="NAME",
+        help="Topic of the images' masks in a recording, in place of a colour; images without a mask are left out.",
+    )
     @functools.wraps(command)
     def with_inputs(
         *args: Any,
@@ -403,13 +410,19 @@ def input_options(command: Command) -> Command:
         topic: str | None,
         depth_topic: str | None,
         info_topic: str | None,
+        mask_topic: str | None,
         **kwargs: Any,
     ) -> None:
-        if masks is not None and kind == "mask":
-            raise click.UsageError("--masks goes with images: --kind mask says that the frames are masks themselves")
+        for option, given in (("--masks", masks), ("--mask-topic", mask_topic)):
+            if given is not None and kind == "mask":
+                raise click.UsageError(
+                    f"{option} goes with images: --kind mask says that the frames are masks themselves"
+                )
+        if masks is not None and mask_topic is not None:
+            raise click.UsageError("--masks and --mask-topic are two sources of masks; leave out one")
         cameras = parse_camera(camera), parse_registration(registration)
         topics = topic, depth_topic, info_topic
-        inputs = InputOptions(kind, depth, masks, occluders, *cameras, depth_unit, *topics, instances)
+        inputs = InputOptions(kind, depth, masks, occluders, *cameras, depth_unit, *topics, instances, mask_topic)
         command(*args, inputs=inputs, **kwargs)
 
     return with_inputs
@@ -494,7 +507,8 @@ out_option = click.option(
     type=FilledPath(),
     metavar="FILE",
     callback=check_data_paths,
-    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj; .mcap, or a folder that ends in /, "
-    "is a recording of ROS; - is JSON lines on standard output. Repeatable. "
+    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj; labels for training to .json (COCO: "
+    "masks) or a folder .labelme (lines); .mcap, or another folder that ends in /, is a recording of ROS; - is JSON "
+    "lines on standard output. Repeatable. "
     "The configuration used is written beside the first file, as NAME.config.yaml.",
 )

@@ -58,7 +58,8 @@ def open_outputs(paths: Sequence[str], *more: Sink, with_input: bool = False) ->
 
 def is_recording(path: str) -> bool:
     """Return True for an output that is a recording of ROS: a file, or a folder."""
-    return path.endswith("/") or path.lower().endswith(sinks.BAG_SUFFIX)
+    suffix = Path(path).suffix.lower()
+    return suffix == sinks.BAG_SUFFIX or (path.endswith("/") and suffix != sinks.LABELME_SUFFIX)
 
 
 def _open_data(path: str, with_input: bool) -> Sink:

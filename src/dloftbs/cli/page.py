@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 HOST = "127.0.0.1"
 _READING = (
     *("kind", "depth", "masks", "occluders", "instances", "camera", "registration", "depth_unit"),
-    *("topic", "depth_topic", "info_topic"),
+    *("topic", "depth_topic", "info_topic", "mask_topic"),
 )
 """Options that say how a source is read: the next command needs them as well."""
 LOOK_EVERY_S = 0.2

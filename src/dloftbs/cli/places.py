@@ -124,8 +124,8 @@ def plan_outputs(
     outputs = [*(("--out", path) for path in data), *named.items()]
     _check_places(outputs, inputs)
     for path in data:
-        if path.endswith("/") and inputs.within(path):
-            raise click.UsageError(f"--out {path} holds inputs, which a recording would replace; choose another name")
+        if path != STANDARD_OUTPUT and inputs.within(path):
+            raise click.UsageError(f"--out {path} holds inputs, which the results would replace; choose another name")
     endings = {option: _checked_ending(option, path, inputs) for option, path in named.items()}
     for option, path in named.items():
         if not (is_one or inputs.is_one_image) and sinks.kind_of(path) is sinks.OverlayPictureSink:

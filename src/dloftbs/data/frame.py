@@ -66,8 +66,9 @@ class Frame:
         Metres per count of an integer depth image (0.001: millimetres), 1e-9 to 1e3.
     mask_is : {"auto", "binary", "probability", "labels"}
         What the values of the mask are. "binary": any non-zero is cable. "labels": the same, and they are the instances
-        where none are given. "probability": as networks give it, of 8 or 16 bits, or in 0..1; it is held as uint8. "auto": floating point is a probability, and so is uint8
-        of many grey values, nearly all of which are sure; all else is binary.
+        where none are given. "probability": as networks give it, of 8 or 16 bits, or in 0..1; it is held as uint8.
+        "auto": floating point is a probability, and so is uint8 of many grey values, nearly all of which are sure; all
+        else is binary.
     instances : numpy.ndarray, shape (H, W), integer, optional
         Label image of single objects, held as uint16: 0 is ground, any other number an object. Also a stack (N, H, W),
         a list of masks or of SAM's dictionaries, of which object k becomes k + 1 (see `instance_labels.as_labels`).

@@ -24,6 +24,8 @@ class Prediction(NamedTuple):
         Of the object, px; None if it was never observed.
     apart : frozenset of int
         Ids of objects that it is known not to hang together with: its ends are not joined with theirs.
+    inferred : tuple of (float, float)
+        The intervals of ``u`` that the last frame did not show.
     """
 
     curve: BSplineCurve
@@ -32,3 +34,4 @@ class Prediction(NamedTuple):
     id: int | None = None
     width_px: float | None = None
     apart: frozenset[int] = frozenset()
+    inferred: tuple[tuple[float, float], ...] = ()

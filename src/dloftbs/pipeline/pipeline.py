@@ -32,6 +32,7 @@ from dloftbs.kernels import preparation
 from dloftbs.lifting import DepthEdges
 from dloftbs.pipeline.inspection import Segments, graph_segments, trace_stages
 from dloftbs.pipeline.plausibility import doubt_mask
+from dloftbs.pipeline.prompting import make_prompt
 from dloftbs.pipeline.stages import StageRun, kernel_rooms, run_stages
 from dloftbs.pipeline.whole_image import WholeImage
 from dloftbs.published import NearestTracker, make_segments
@@ -58,8 +59,9 @@ class Pipeline:
     objects : int, optional
         Number of objects, if it is known, in the place of `ObjectsConfig.objects`.
     segmenter : callable, str or path, optional
-        From an image (H, W, 3) to a mask (H, W), in the place of a colour; or the ONNX file of a network that takes RGB
-        in 0..1, as `NetworkConfig` has it by default.
+        From an image (H, W, 3) to a mask (H, W), in the place of a colour. A function of two arguments gets a
+        `Prompt`, too: where the tracks are expected, for a network such as SAM. Or the ONNX file of
+        a network that takes RGB in 0..1, as `NetworkConfig` has it by default.
     roi : (x, y, w, h), polygon or str, optional
         Region of interest, in the place of `RegionConfig.roi`: the rest of the image is left out, a cable ends at the
         region's edge as at the image's border, and results are in pixels of the whole image.
@@ -161,7 +163,10 @@ class Pipeline:
             self._depth_edges.reset()
             if self._segmenter is not None:
                 self._segmenter.reset()
-        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region)
+        prompt = None
+        if self._segmenter is not None and self._segmenter.takes_prompt and frame.mask is None:
+            prompt = make_prompt(predicted, self._mask, frame.size)
+        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region, prompt)
         self._mask, self._masked = run.mask, region
         self._doubted = self._doubted or _warned(run, frame)  # once in a stream
         since = perf_counter()

@@ -21,6 +21,7 @@ from dloftbs.data.frame_region import Region
 from dloftbs.data.graph import Graph
 from dloftbs.data.mask_crop import MaskCrop, Skeleton
 from dloftbs.data.prediction import Prediction
+from dloftbs.data.prompt import Prompt
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import fit, keep_to_mask
@@ -119,6 +120,7 @@ def run_stages(
     predicted: Sequence[Prediction] = (),
     depth_edges: DepthEdges | None = None,
     region: Region | None = None,
+    prompt: Prompt | None = None,
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
@@ -131,7 +133,7 @@ def run_stages(
         As `Pipeline.process`.
     """
     clock = _Clock()
-    mask, soft, is_taken_for_soft = _given(frame, segmenter, config)
+    mask, soft, is_taken_for_soft = _given(frame, segmenter, config, prompt)
     if region is not None:
         mask, soft = region.clear_outside(mask), None if soft is None else region.clear_outside(soft)
     best, surest = None, -1.0
@@ -246,7 +248,7 @@ def _link_by_bending(
     return _Linked(linked.centerlines, graph=graph)
 
 
-def _given(frame: Frame, segmenter: FrameSegmenter | None, config: Config) -> _Given:
+def _given(frame: Frame, segmenter: FrameSegmenter | None, config: Config, prompt: Prompt | None) -> _Given:
     mask, kind = frame.mask, frame.mask_is
     if mask is None:
         if segmenter is None:
@@ -255,7 +257,7 @@ def _given(frame: Frame, segmenter: FrameSegmenter | None, config: Config) -> _G
                 "a segmenter, such as ColourModel.fit(image, strokes), or the frame a mask; "
                 "if the image is a mask itself, pass one channel of it: image[..., 0]"
             )
-        mask = segmenter(frame)
+        mask = segmenter(frame, prompt)
     if kind == "auto":
         kind = config.segmentation.mask_is
     is_soft = is_probability(mask) if kind == "auto" else kind == "probability"

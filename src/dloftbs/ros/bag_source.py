@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.data.frame import Frame
@@ -17,7 +17,7 @@ from dloftbs.ros.frame_messages import FrameMaker, ImageAndMask
 from dloftbs.ros.message_fields import NS_PER_S, kind_of_reason, stamp_ns_of
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
-from dloftbs.ros.stamp_pairing import TOLERANCE_S, WAITING, StampPairing
+from dloftbs.ros.stamp_pairing import TOLERANCE_S, WAITING, WAITING_FOR_MASKS, StampPairing
 from dloftbs.ros.topic_choice import IMAGE_TYPES, INFO_TYPE, OWN_TOPICS, Topics, choose_topics
 from dloftbs.ros.topic_clock import TopicClock
 from dloftbs.sources.pixels import Kind
@@ -40,24 +40,37 @@ class _Item:
 
 
 Pair = tuple[_Item, _Item | None]
+"""An image and its depth."""
+
+
+class _Moment(NamedTuple):
+    """An image, and what goes with it."""
+
+    image: _Item
+    depth: _Item | None = None
+    mask: _Item | None = None
+
+
 T = TypeVar("T")
 
 
 class BagSource(Source):
-    """Images of a recording, with the depth of the same moment and the camera, in one pass over the file.
+    """Images of a recording, with depth and mask of the same moment and the camera, in one pass over the file.
 
     Times are those of the messages' headers, or those of the recording if no header has one. Headers without a time
     and headers that go back are bridged by the time of the recording (see `TopicClock`). A recording that was not
-    finished, or is damaged, is read as far as it goes, with a warning; a message that cannot be read is skipped.
+    finished, or is damaged, is read as far as it goes, with a warning; a message that cannot be read is skipped. Where
+    masks are named, images without one are left out, as of a segmenter that is slower than the camera; at the end their
+    number is a warning.
 
     Parameters
     ----------
     path : str or Path
         A file or a folder, as `Recording` has it.
-    topic, depth_topic, info_topic : str, optional
+    topic, depth_topic, info_topic, mask_topic : str, optional
         As `choose_topics` has them.
     kind : {"auto", "image", "mask", "auto_image"}
-        "auto" takes images of one channel for masks, "auto_image" for images.
+        "auto" takes images of one channel for masks, "auto_image" for images. With `mask_topic`, all are images.
     camera : PinholeCamera, optional
         Takes the place of what the recording says.
     registration : DepthRegistration, optional
@@ -69,7 +82,7 @@ class BagSource(Source):
     guess_depth : bool
         Whether depth is looked for where none is named.
     tolerance_s : float
-        Largest difference between the stamps of an image and its depth.
+        Largest difference between the stamps of an image and its depth, or its mask.
     keep_messages : bool
         Whether frames carry the messages of all topics of ROS 2 (`RosFrame.recorded`), each exactly once, so that
         `BagSink` can copy them: all but those of our own results. Where frames are made of these, none is kept.
@@ -94,6 +107,7 @@ class BagSource(Source):
         topic: str | None = None,
         depth_topic: str | None = None,
         info_topic: str | None = None,
+        mask_topic: str | None = None,
         kind: Kind = "auto",
         camera: PinholeCamera | None = None,
         registration: DepthRegistration | None = None,
@@ -103,9 +117,12 @@ class BagSource(Source):
         tolerance_s: float = TOLERANCE_S,
         keep_messages: bool = False,
     ) -> None:
-        for name, text in (("topic", topic), ("depth_topic", depth_topic), ("info_topic", info_topic)):
+        named = {"topic": topic, "depth_topic": depth_topic, "info_topic": info_topic, "mask_topic": mask_topic}
+        for name, text in named.items():
             if text is not None:
                 check_text(name, text)
+        if mask_topic is not None and kind == "mask":
+            raise InputError("kind must be 'image' where masks have a topic of their own, got 'mask'")
         self.fps = None if fps is None else check_number("fps", fps, 1e-9, 1e9)
         check_flag("guess_depth", guess_depth)
         check_flag("keep_messages", keep_messages)
@@ -118,20 +135,20 @@ class BagSource(Source):
         self._depth_unit_m = depth_unit_m
         try:
             self._types = MessageTypes(is_ros1=self._recording.is_ros1)
-            self.topics = self._chosen(topic, depth_topic, info_topic, guess_depth)
+            self.topics = self._chosen(topic, depth_topic, info_topic, mask_topic, guess_depth)
             self._maker()  # wrong arguments are refused here, not at the first frame
         except BaseException:
             self._recording.close()
             raise
         self._kept: set[str] = set()
-        if keep_messages and not any(name.startswith(OWN_TOPICS) for name in self.topics.names):
+        if keep_messages and not any(topic.name.startswith(OWN_TOPICS) for topic in self.topics.used):
             self._kept = {topic.name for topic in self._recording.topics if not topic.name.startswith(OWN_TOPICS)}
         if self._recording.is_ros1:
             self._kept.clear()  # its messages are serialized otherwise
         for remark in self.topics.remarks:
             logger.warning("%s: %s", self.name, remark)
         self._said: set[str] = set()
-        self.length = self.topics.image.count
+        self.length = self.topics.image.count if self.topics.mask is None else None
         self.has_depth = self.topics.depth is not None
 
     def close(self) -> None:
@@ -147,15 +164,22 @@ class BagSource(Source):
         SourceError
             If the source is closed.
         InputError
-            If depth that was named has another size than its image and there is no registration, or the camera is not
-            that of the images.
+            If depth that was named has another size than its image and there is no registration, a mask has another
+            size, or the camera is not that of the images.
         """
         self._begin()
         self._said.clear()
         return self._frames()
 
-    def _chosen(self, topic: str | None, depth_topic: str | None, info_topic: str | None, guess_depth: bool) -> Topics:
-        """Return the topics, and keep the clocks of images and depth."""
+    def _chosen(
+        self,
+        topic: str | None,
+        depth_topic: str | None,
+        info_topic: str | None,
+        mask_topic: str | None,
+        guess_depth: bool,
+    ) -> Topics:
+        """Return the topics, and keep the clocks of images, depth and masks."""
         topics = self._recording.topics
         candidates = [found for found in topics if found.type_name in (*IMAGE_TYPES, INFO_TYPE) and not found.encoding]
         first = read_first_messages(self._recording, self._types, candidates)
@@ -165,15 +189,16 @@ class BagSource(Source):
             topic,
             depth_topic,
             info_topic,
+            mask_topic=mask_topic,
             guess_depth=guess_depth,
             guess_info=self._camera is None and self._registration is None,
             registration=self._registration,
             first=first,
         )
-        image, depth = (None if one is None else first.get(one.name) for one in (chosen.image, chosen.depth))
-        known = next((message.offset_ns for message in (image, depth) if message is not None), 0)
-        self._offset_ns = known if image is None else image.offset_ns
-        self._depth_offset_ns = known if depth is None else depth.offset_ns
+        found = [None if one is None else first.get(one.name) for one in (chosen.image, chosen.depth, chosen.mask)]
+        known = next((message.offset_ns for message in found if message is not None), 0)
+        offsets = [known if message is None else message.offset_ns for message in found]
+        self._offset_ns, self._depth_offset_ns, self._mask_offset_ns = offsets
         return chosen
 
     def _maker(self) -> FrameMaker:
@@ -196,7 +221,7 @@ class BagSource(Source):
         readable = self._readable(maker, kept)
         count = 0
         # A frame late, so that the last one takes what came after it.
-        for (image, depth), pixels in _one_late(readable) if self._kept else readable:
+        for (image, depth, _), pixels in _one_late(readable) if self._kept else readable:
             count += 1
             recorded = tuple(kept) if self._kept else None
             kept.clear()
@@ -221,13 +246,22 @@ class BagSource(Source):
         if self.length is not None and count + self.skipped < self.length:
             self.skipped = self.length - count  # which the recording has said that it cannot be read to its end
 
-    def _readable(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[tuple[Pair, ImageAndMask]]:
+    def _readable(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[tuple[_Moment, ImageAndMask]]:
         """Yield what has an image that can be read, and add the messages that were come by to those that are kept."""
-        for pair in self._with_camera(maker, kept):
+        wanted = self.topics.mask
+        without = 0
+        for moment in self._with_camera(maker, kept):
+            mask = None if moment.mask is None else moment.mask.message
+            if mask is None and wanted is not None:
+                without += 1
+                continue
             try:
-                yield pair, maker.pixels(pair[0].message)
+                yield moment, maker.pixels(moment.image.message, mask)
             except InputError as error:
-                self._leave_out(pair[0].index, error)
+                self._leave_out(moment.image.index, error)
+        if without and wanted is not None:
+            what = "image without a mask of its time" if without == 1 else "images without a mask of their time"
+            logger.warning("%s: left out %d %s on %s", self.name, without, what, wanted.name)
 
     def _leave_out(self, index: int, error: InputError) -> None:
         """Skip an image, and say so where it is the first one for this reason."""
@@ -243,26 +277,59 @@ class BagSource(Source):
         self._said.add(reason)
         return is_new
 
-    def _with_camera(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[Pair]:
-        """Yield images and their depth, the first ones only once the camera is known, if one is to come."""
-        waiting: list[Pair] = []
+    def _with_camera(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[_Moment]:
+        """Yield images and what goes with them, the first ones only once the camera is known, if one is to come."""
+        waiting: list[_Moment] = []
         waits = self.topics.info is not None
-        for pair in self._pairs(maker, kept):
+        for moment in self._moments(maker, kept):
             waits = waits and not maker.knows_camera and len(waiting) < WAITING
-            waiting.append(pair)
+            waiting.append(moment)
             if not waits:
                 yield from waiting
                 waiting.clear()
         yield from waiting
 
-    def _pairs(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[Pair]:
-        topics = self.topics
-        by_log = topics.depth is not None and self._has_two_clocks()
-        pairing: StampPairing[_Item] = StampPairing(
+    def _moments(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[_Moment]:
+        """Yield images with their depth and their mask, as far as these have topics."""
+        depth, mask = self.topics.depth, self.topics.mask
+        by_log = depth is not None and self._has_two_clocks()
+        pairing: StampPairing[_Item, _Item] = StampPairing(
             max(self._tolerance_s, _LOG_TOLERANCE_S) if by_log else self._tolerance_s
         )
-        clock, depth_clock = TopicClock(self._offset_ns), TopicClock(self._depth_offset_ns)
-        types = {topic.name: topic.type_name for topic in (topics.image, topics.depth, topics.info) if topic}
+        masking: StampPairing[Pair, _Item] | None = None
+        if mask is not None:
+            masking = StampPairing(self._tolerance_s, WAITING_FOR_MASKS)
+        images = 0
+        for name, log_ns, item in self._items(maker, kept):
+            images += name == self.topics.image.name
+            if masking is not None and mask is not None and name == mask.name:
+                yield from _masked(masking.add_partner(item.time_ns, item))
+                continue
+            moment_ns = log_ns if by_log else item.time_ns
+            if depth is None:
+                pairs: Iterable[Pair] = [(item, None)]
+            elif name == depth.name:
+                pairs = pairing.add_partner(moment_ns, item)
+            else:
+                pairs = pairing.add_image(moment_ns, item)
+            yield from _with_mask(pairs, masking)
+        yield from _with_mask(pairing.rest(), masking)
+        if masking is not None:
+            yield from _masked(masking.rest())
+        for what, topic, pairs_of in (("without depth", depth, pairing), ("without a mask", mask, masking)):
+            if topic is not None and pairs_of is not None and images:
+                self._say_pairs(what, topic, pairs_of.least_gap_ns, pairs_of.tolerance_ns)
+
+    def _items(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[tuple[str, int, _Item]]:
+        """Yield images, depths and masks as they come, with their topics and the times of the recording."""
+        topics = self.topics
+        offsets = (
+            (topics.image, self._offset_ns),
+            (topics.depth, self._depth_offset_ns),
+            (topics.mask, self._mask_offset_ns),
+        )
+        clocks = {topic.name: TopicClock(offset_ns) for topic, offset_ns in offsets if topic is not None}
+        types = {topic.name: topic.type_name for topic in topics.used}
         index = -1
         for raw in self._recording.messages(self._kept | types.keys()):
             if raw.topic in self._kept and raw.channel is not None:
@@ -280,20 +347,10 @@ class BagSource(Source):
                 elif self._says(f"{raw.topic} {kind_of_reason(error)}"):
                     logger.warning("%s: a message of %s is left out: %s", self.name, raw.topic, error)
                 continue
-            if topics.info is not None and raw.topic == topics.info.name:
-                maker.take_info(message)
-                continue
-            time_ns = self._time_ns(clock if is_image else depth_clock, raw, header_ns)
-            item, moment_ns = _Item(index, message, time_ns), raw.stamp_ns if by_log else time_ns
-            if not is_image:
-                yield from pairing.add_depth(moment_ns, item)
-            elif topics.depth is None:
-                yield item, None
+            if raw.topic in clocks:
+                yield raw.topic, raw.stamp_ns, _Item(index, message, self._time_ns(clocks[raw.topic], raw, header_ns))
             else:
-                yield from pairing.add_image(moment_ns, item)
-        yield from pairing.rest()
-        if topics.depth is not None and index >= 0:
-            self._say_pairs(topics.depth, pairing)
+                maker.take_info(message)
 
     def _has_two_clocks(self) -> bool:
         """Return whether headers of images and of depth have times of two clocks, and say so."""
@@ -315,14 +372,27 @@ class BagSource(Source):
             logger.warning("%s: %s: %s; it is replaced by the time of the recording", self.name, raw.topic, why)
         return time_ns
 
-    def _say_pairs(self, depth: Topic, pairing: StampPairing[_Item]) -> None:
-        """Say it where no image found its depth."""
-        gap_ns, most_ns = pairing.least_gap_ns, pairing.tolerance_ns
+    def _say_pairs(self, what: str, topic: Topic, gap_ns: int | None, most_ns: int) -> None:
+        """Say it where no image found its depth, or its mask."""
         if gap_ns is None:
-            logger.warning("%s: frames go without depth: no message of %s came that can be read", self.name, depth.name)
+            logger.warning("%s: frames go %s: no message of %s came that can be read", self.name, what, topic.name)
         elif gap_ns > most_ns:
             apart = f"{gap_ns / NS_PER_S:g} s away from every image, {most_ns / NS_PER_S:g} s at most"
-            logger.warning("%s: frames go without depth: %s is at least %s", self.name, depth.name, apart)
+            logger.warning("%s: frames go %s: %s is at least %s", self.name, what, topic.name, apart)
+
+
+def _with_mask(pairs: Iterable[Pair], masking: StampPairing[Pair, _Item] | None) -> Iterator[_Moment]:
+    """Yield what is known now of images and their depth, once they have their masks if there are any."""
+    for image, depth in pairs:
+        if masking is None:
+            yield _Moment(image, depth)
+        else:
+            yield from _masked(masking.add_image(image.time_ns, (image, depth)))
+
+
+def _masked(found: Iterable[tuple[Pair, _Item | None]]) -> Iterator[_Moment]:
+    for pair, mask in found:
+        yield _Moment(*pair, mask)
 
 
 def _one_late(items: Iterable[T]) -> Iterator[T]:

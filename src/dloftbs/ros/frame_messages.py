@@ -161,22 +161,30 @@ class FrameMaker:
         if camera != self._camera:  # the same one keeps what it has computed of its lens
             self._camera = camera
 
-    def pixels(self, image: Any) -> ImageAndMask:
-        """Return the image, or the mask, of a message.
+    def pixels(self, image: Any, mask: Any = None) -> ImageAndMask:
+        """Return the image, or the mask, of a message; of two messages, the image of the one and the mask of the other.
+
+        Parameters
+        ----------
+        image : sensor_msgs/Image or sensor_msgs/CompressedImage
+        mask : sensor_msgs/Image or sensor_msgs/CompressedImage, optional
+            Of the same moment; any non-zero is cable. What comes in `image` is then an image, also with one channel.
 
         Raises
         ------
         InputError
-            If it cannot be converted.
+            If one cannot be converted.
         """
-        pixels = pixels_of(image)
-        if self._kind == "image":
-            pixels = upper_bits(pixels)
-        kind = ("mask" if pixels.ndim == 2 else "image") if self._kind == "auto" else self._kind
+        if mask is None:
+            return _read(image, self._kind)
+        picture, _ = _read(image, "image")
         try:
-            return image_or_mask(pixels, kind, lossy=is_from_lossy_codec(image))
-        except SourceError as error:
-            raise InputError(str(error)) from error
+            no_mask, pixels = _read(mask, "auto")
+        except InputError as error:
+            raise InputError(f"its mask: {error}") from error
+        if no_mask is not None:
+            raise InputError(f"its mask must have one channel, got {no_mask.shape}")
+        return picture, pixels
 
     def make(
         self,
@@ -276,6 +284,19 @@ class FrameMaker:
             logger.warning("%s: %s", self._where, text)
 
 
+def _read(message: Any, kind: Kind) -> ImageAndMask:
+    """Return the image or the mask of a message."""
+    pixels = pixels_of(message)
+    if kind == "image":
+        pixels = upper_bits(pixels)
+    if kind == "auto":
+        kind = "mask" if pixels.ndim == 2 else "image"
+    try:
+        return image_or_mask(pixels, kind, lossy=is_from_lossy_codec(message))
+    except SourceError as error:
+        raise InputError(str(error)) from error
+
+
 def _size_of(pixels: ImageAndMask) -> tuple[int, int]:
     """Return the size (H, W) of an image or a mask.
 
@@ -290,4 +311,4 @@ def _size_of(pixels: ImageAndMask) -> tuple[int, int]:
             return check_image(image).shape[:2]
         if mask is not None:
             return check_mask(mask).shape[:2]
-    raise InputError(f"pixels must be an image and None, or None and a mask, got {shown(pixels)}")
+    raise InputError(f"pixels must be an image and a mask, or one of the two and None, got {shown(pixels)}")

@@ -40,6 +40,8 @@ class Topics:
     depth : Topic, optional
     info : Topic, optional
         Of the camera of the image.
+    mask : Topic, optional
+        Of the masks of the images.
     depth_is_meant, info_is_meant : bool
         Whether somebody named them, or they were guessed: these are left out where they turn out not to go with the
         image.
@@ -52,15 +54,16 @@ class Topics:
     image: Topic
     depth: Topic | None = None
     info: Topic | None = None
+    mask: Topic | None = None
     depth_is_meant: bool = False
     info_is_meant: bool = False
     depth_is_registered: bool = False
     remarks: tuple[str, ...] = ()
 
     @property
-    def names(self) -> list[str]:
-        """Names of all of them."""
-        return [topic.name for topic in (self.image, self.depth, self.info) if topic is not None]
+    def used(self) -> list[Topic]:
+        """All of them."""
+        return [topic for topic in (self.image, self.depth, self.info, self.mask) if topic is not None]
 
     @property
     def is_rectified(self) -> bool:
@@ -75,6 +78,7 @@ def choose_topics(
     depth_topic: str | None = None,
     info_topic: str | None = None,
     *,
+    mask_topic: str | None = None,
     guess_depth: bool = True,
     guess_info: bool = True,
     registration: DepthRegistration | None = None,
@@ -88,8 +92,8 @@ def choose_topics(
         The recording, for messages.
     topics : sequence of Topic
         All that it has.
-    topic, depth_topic, info_topic : str, optional
-        Names of those that are meant; the transport may be left out, and the first slash.
+    topic, depth_topic, info_topic, mask_topic : str, optional
+        Names of those that are meant; the transport may be left out, and the first slash. Masks are not looked for.
     guess_depth, guess_info : bool
         Whether depth and the camera are looked for where none is named.
     registration : DepthRegistration, optional
@@ -100,10 +104,17 @@ def choose_topics(
     Raises
     ------
     SourceError
-        If a topic is not there or has no such type, or there are several images and none is named; they are listed.
+        If a topic is not there or has no such type, or there are several images and none is named; they are listed. If
+        images and masks are to come by one topic.
     """
     choice = _Choice(where, topics, first or {})
+    mask = None
+    if mask_topic is not None:
+        mask = choice.named(mask_topic, IMAGE_TYPES, "--mask-topic")
+        choice.leave_out(mask)
     image = choice.only_image() if topic is None else choice.named(topic, IMAGE_TYPES, "--topic")
+    if mask is not None and base_name(mask.name) == base_name(image.name):
+        raise SourceError(f"{where}: --mask-topic {mask_topic} is the topic of the images; --kind mask reads it alone")
     depth = info = None
     if depth_topic is not None:
         depth = choice.named(depth_topic, IMAGE_TYPES, "--depth-topic")
@@ -119,6 +130,7 @@ def choose_topics(
         image,
         depth,
         info,
+        mask,
         depth_is_meant=depth_topic is not None,
         info_is_meant=info_topic is not None,
         depth_is_registered=depth is not None and choice.match.is_registered(depth, image),
@@ -170,6 +182,11 @@ class _Choice:
         kinds = " or ".join(kind.rpartition("/")[2] for kind in types)
         there = _listed(fitting if fitting else self._topics)
         raise SourceError(f"{self._where}: {option} {name} is no topic of {kinds}; there {there}")
+
+    def leave_out(self, mask: Topic) -> None:
+        """Take the topic of the masks, in each of its transports, for none of images and none of depth."""
+        self._images = [topic for topic in self._images if base_name(topic.name) != base_name(mask.name)]
+        self.depths = [topic for topic in self.depths if base_name(topic.name) != base_name(mask.name)]
 
     def only_image(self) -> Topic:
         """Return the only colour image, or else the only image, in the least compressed of its transports.

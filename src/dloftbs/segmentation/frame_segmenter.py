@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import inspect
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from dloftbs.config import BackgroundConfig, LocalConfig, Roi, SegmentationConfig
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_region import Region
+from dloftbs.data.prompt import Prompt
 from dloftbs.errors import InputError
 from dloftbs.segmentation.background_difference import BackgroundSegmenter, read_background
 from dloftbs.segmentation.colour_model import ColourModel
@@ -20,9 +22,10 @@ from dloftbs.segmentation.network import NetworkSegmenter
 from dloftbs.segmentation.plane import PlaneSegmenter
 from dloftbs.support.arrays import AnyArray, check_mask
 
-Segmenter = Callable[[npt.NDArray[np.uint8]], AnyArray]
-"""Any function from an image (H, W, 3) BGR uint8 to a mask or a probability (H, W): a network, say."""
+_OfImage = Callable[[npt.NDArray[np.uint8]], AnyArray]
 
+Segmenter = _OfImage | Callable[[npt.NDArray[np.uint8], Prompt], AnyArray]
+"""Any function from an image (H, W, 3) BGR uint8 to a mask or a probability (H, W); or from an image and a `Prompt`."""
 
 OfFrame = Callable[[Frame], AnyArray]
 """Any function from a frame to a mask (H, W)."""
@@ -36,25 +39,33 @@ class FrameSegmenter:
     Parameters
     ----------
     of_image : sequence of callables
-        A pixel is cable where any of them says so.
+        A pixel is cable where any of them says so. A function of two arguments gets the prompt, too.
     joined : sequence of (callable, "and" or "or")
         Functions of the frame. Those of "or" add to what is cable, whatever their order; of that each of "and" must
         say so, too.
     """
 
     def __init__(self, of_image: Sequence[Segmenter] = (), joined: Sequence[tuple[OfFrame, str]] = ()) -> None:
-        self._of_image = tuple(of_image)
+        self._of_image: list[tuple[Callable[..., AnyArray], int]] = [(ask, _arguments_of(ask)) for ask in of_image]
         self._joined = tuple(joined)
 
-    def __call__(self, frame: Frame) -> AnyArray:
-        """Return the mask of a frame, shape (H, W).
+    @property
+    def takes_prompt(self) -> bool:
+        """True if a function gets a prompt."""
+        return any(count == 2 for _, count in self._of_image)
+
+    def __call__(self, frame: Frame, prompt: Prompt | None = None) -> AnyArray:
+        """Return the mask of a frame, shape (H, W); the prompt is empty where it is left out.
 
         Raises
         ------
         InputError
             If the frame lacks what is asked, or a function returns no mask of its size.
         """
-        masks = [] if frame.image is None else [_checked(ask(frame.image), frame.size) for ask in self._of_image]
+        masks = []
+        if frame.image is not None:
+            given = frame.image, prompt or Prompt()
+            masks += [_checked(ask(*given[:count]), frame.size) for ask, count in self._of_image]
         masks += [ask(frame) for ask, join in self._joined if join == "or"]
         needed = [ask(frame) for ask, join in self._joined if join == "and"]
         if masks:
@@ -84,7 +95,7 @@ def make_segmenter(config: SegmentationConfig, roi: Roi | None = None) -> FrameS
     InputError
         If the region does not lie within the background.
     """
-    of_image: list[Segmenter] = []
+    of_image: list[_OfImage] = []
     if config.hsv:
         of_image.append(HsvSegmenter(config))
     if config.colour is not None:
@@ -105,7 +116,7 @@ def make_segmenter(config: SegmentationConfig, roi: Roi | None = None) -> FrameS
     return FrameSegmenter(of_image, joined) if of_image or joined else None
 
 
-def _of_image(name: str, segmenter: Segmenter) -> OfFrame:
+def _of_image(name: str, segmenter: _OfImage) -> OfFrame:
     """Return a function of a frame that asks one of its image."""
 
     def ask(frame: Frame) -> AnyArray:
@@ -114,6 +125,19 @@ def _of_image(name: str, segmenter: Segmenter) -> OfFrame:
         return segmenter(frame.image)
 
     return ask
+
+
+def _arguments_of(segmenter: Callable[..., AnyArray]) -> int:
+    """Return 2 for a function of an image and a prompt, else 1.
+
+    Its second argument has no default, or is called ``prompt``.
+    """
+    try:
+        parameters = inspect.signature(segmenter).parameters.values()
+    except (TypeError, ValueError):  # of some functions written in C
+        return 1
+    placed = [one for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
+    return 2 if len(placed) > 1 and (placed[1].default is placed[1].empty or placed[1].name == "prompt") else 1
 
 
 def _both(one: AnyArray, other: AnyArray) -> AnyArray:

@@ -1,7 +1,7 @@
-"""Outputs: JSON lines, arrays, tables, geometry, videos, pictures and recordings of ROS.
+"""Outputs: JSON lines, arrays, tables, geometry, labels, videos, pictures and recordings of ROS.
 
-Every sink is a context manager; what it has written stays readable whatever ends the process, but for arrays, which a
-`NpzSink` writes when it is closed::
+Every sink is a context manager; what it has written stays readable whatever ends the process, but for arrays and COCO's
+labels, which a `NpzSink` and a `CocoSink` write when they are closed::
 
     with sinks.open("cable.jsonl") as sink:
         for frame in frames:
@@ -15,9 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from dloftbs.errors import InputError
+from dloftbs.sinks.coco import CocoSink
 from dloftbs.sinks.geometry import SUFFIXES as GEOMETRY_SUFFIXES
 from dloftbs.sinks.geometry import GeometrySink
 from dloftbs.sinks.jsonl import JsonLinesSink, read_json_lines
+from dloftbs.sinks.labelme import LabelmeSink
 from dloftbs.sinks.npz_curves import NpzRow, NpzSink, read_npz
 from dloftbs.sinks.overlay_pictures import (
     IMAGE_SUFFIXES,
@@ -31,9 +33,11 @@ from dloftbs.sinks.sink import MultiSink, PathSink, Sink
 from dloftbs.support.values import check_path
 
 __all__ = [
+    "CocoSink",
     "CsvSink",
     "GeometrySink",
     "JsonLinesSink",
+    "LabelmeSink",
     "MultiSink",
     "NpzRow",
     "NpzSink",
@@ -49,12 +53,15 @@ __all__ = [
 ]
 
 BAG_SUFFIX = ".mcap"
+LABELME_SUFFIX = ".labelme"
 
 _KINDS: dict[str, type[PathSink]] = {
     ".jsonl": JsonLinesSink,
     ".ndjson": JsonLinesSink,
     ".npz": NpzSink,
     ".csv": CsvSink,
+    ".json": CocoSink,
+    LABELME_SUFFIX: LabelmeSink,
     **dict.fromkeys(GEOMETRY_SUFFIXES, GeometrySink),
     **dict.fromkeys(VIDEO_SUFFIXES, OverlayVideoSink),
     **dict.fromkeys(IMAGE_SUFFIXES, OverlayPictureSink),
@@ -94,9 +101,10 @@ def kind_of(path: str | Path) -> type[PathSink]:
     ----------
     path : str or Path
         ``.mcap``: `dloftbs.ros.BagSink` (extra ``ros``). ``.jsonl`` or ``.ndjson``: `JsonLinesSink`. ``.npz``:
-        `NpzSink`. ``.csv``: `CsvSink`. ``.ply`` or ``.obj``: `GeometrySink`. ``.mp4`` or ``.mov``: `OverlayVideoSink`.
-        ``.png``, ``.jpg`` and so on, unless it is a folder: `OverlayPictureSink`. No suffix, a slash at the end, or a
-        folder that exists: `OverlayImagesSink`.
+        `NpzSink`. ``.csv``: `CsvSink`. ``.ply`` or ``.obj``: `GeometrySink`. ``.json``: `CocoSink`. ``.labelme``, with
+        or without a slash behind it: `LabelmeSink`. ``.mp4`` or ``.mov``: `OverlayVideoSink`. ``.png``, ``.jpg`` and so
+        on, unless it is a folder: `OverlayPictureSink`. No suffix, a slash at the end, or a folder that exists:
+        `OverlayImagesSink`.
 
     Raises
     ------
@@ -109,7 +117,7 @@ def kind_of(path: str | Path) -> type[PathSink]:
         from dloftbs.ros import BagSink
 
         return BagSink
-    if str(path).endswith(("/", "\\")) or not suffix:
+    if suffix != LABELME_SUFFIX and (str(path).endswith(("/", "\\")) or not suffix):
         return OverlayImagesSink
     kind = _KINDS.get(suffix)
     if kind in (None, OverlayPictureSink) and os.path.isdir(path):

@@ -24,7 +24,7 @@ def save(result: FrameResult, path: str | Path, frame: Frame | None = None) -> N
         check_type("frame", frame, Frame)
     shown = frame or result.frame or _nothing_of(result)
     kind = sinks.kind_of(path)
-    target = place / f"{picture_name(shown)}.png" if kind is sinks.OverlayImagesSink else place
+    target = place / f"{picture_name(shown)}.png" if kind in (sinks.OverlayImagesSink, sinks.LabelmeSink) else place
     origins = {Path(name).name for name in (result.name, shown.name) if name}
     if target.name in origins and target.exists():  # a frame knows the name of its file, and not the folder
         raise InputError(f"{str(target)!r} has the name of the frame and would replace it; choose another name")

@@ -77,6 +77,7 @@ def open(
     topic: str | None = None,
     depth_topic: str | None = None,
     info_topic: str | None = None,
+    mask_topic: str | None = None,
     keep_messages: bool = False,
 ) -> Source:
     """Open whatever frames come from.
@@ -133,6 +134,9 @@ def open(
     topic, depth_topic, info_topic : str, optional
         Topics of a recording: images, depth registered to them, and their camera. Depth and camera are matched to the
         images where they are left out, and so are images if there is one choice; several are listed in the error.
+    mask_topic : str, optional
+        Topic of the masks of a recording's images, paired with them by stamp, as a segmenter publishes them. Images
+        without a mask are left out. A recording of masks alone is read by `topic`, with `kind="mask"`.
     keep_messages : bool
         Frames of a recording of ROS 2 carry the messages of all of its topics, for a `dloftbs.ros.BagSink` that copies
         its input. Makes no difference to other frames.
@@ -160,6 +164,8 @@ def open(
         registration = replace(registration, depth_unit_m=depth_unit_m)
     depth_unit_m = check_number("depth_unit_m", depth_unit_m, *DEPTH_UNITS_M)
     if masks is not None:
+        if mask_topic is not None:
+            raise InputError("masks and mask_topic are two sources of masks; leave out one")
         kind = "image"
     paired: dict[What, str] = {}
     for what, partner in (("depth", depth), ("mask", masks), ("occluders", occluders), ("instances", instances)):
@@ -175,7 +181,7 @@ def open(
     rules: dict[What, str] = {what: text for what, text in paired.items() if is_rule(text)}
     # Depth of its own replaces that of a stack.
     own_registration = None if depth is not None else registration
-    topics = {"topic": topic, "depth_topic": depth_topic, "info_topic": info_topic}
+    topics = {"topic": topic, "depth_topic": depth_topic, "info_topic": info_topic, "mask_topic": mask_topic}
     recording = _recording(where, topics)
     if recording is None:
         upright = camera is None and not paired  # all that stands beside a picture is for its pixels as stored
@@ -220,6 +226,7 @@ def _open_ros(
         topic=topics["topic"],
         depth_topic=topics["depth_topic"],
         info_topic=topics["info_topic"],
+        mask_topic=topics["mask_topic"],
         kind=kind,
         camera=camera,
         registration=registration,

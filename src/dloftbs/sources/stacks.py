@@ -147,7 +147,7 @@ class ArraySource(Source):
                 self._stamp(index),
                 f"{self.name}#{index}",
                 self._depth_unit_m,
-                instances,
+                instances=instances,
             )
             if self._closed:
                 return

@@ -164,6 +164,7 @@ class Tracker:
                 model.id,
                 None if math.isnan(model.width) else model.width,
                 model.apart,
+                model.sight.inferred,
             )
             for model in self._hypotheses[0].models
             if model.state is not TrackState.TENTATIVE

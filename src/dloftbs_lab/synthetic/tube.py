@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_pixels import SAMPLE_PX, pixels_near
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.synthetic.strand import Strand
 
-_SAMPLE_PX = 0.1
 _CHUNK_PX = 8.0
 _ITERATIONS = 3
 _SEAM_PX = 0.05
@@ -47,15 +45,10 @@ def draw_tube_mask(curve: BSplineCurve, width_px: float, size: tuple[int, int]) 
         raise InputError(f"curve must be in the plane, got {curve.ndim} dimensions")
     if not width_px > 0:
         raise InputError(f"width_px must be positive, got {width_px}")
-    points = curve.spline(np.linspace(0.0, 1.0, max(2, math.ceil(curve.length / _SAMPLE_PX) + 1)))
-    near = np.zeros(size, np.uint8)
-    # OpenCV's thick lines are inexact by a pixel or so: they only choose the candidates.
-    cv2.polylines(near, [points.round().astype(np.int32)], False, 255, math.ceil(width_px) + 5)
-    rows, columns = np.nonzero(near)
-    distance, _ = cKDTree(points).query(np.stack((columns, rows), axis=1), distance_upper_bound=width_px)
+    points = curve.spline(np.linspace(0.0, 1.0, max(2, math.ceil(curve.length / SAMPLE_PX) + 1)))
+    rows, columns, _ = pixels_near(points, width_px, size)
     mask = np.zeros(size, bool)
-    inside = distance <= width_px / 2.0
-    mask[rows[inside], columns[inside]] = True
+    mask[rows, columns] = True
     return mask
 
 
