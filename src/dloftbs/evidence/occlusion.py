@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -147,13 +148,17 @@ class OcclusionEvidence:
 
     @classmethod
     def of(
-        cls, frame: Frame, mask: AnyArray, config: DepthConfig, inside: npt.NDArray[np.uint8] | None = None
+        cls, frame: Frame, mask: AnyArray | None, config: DepthConfig, inside: npt.NDArray[np.uint8] | None = None
     ) -> OcclusionEvidence | None:
         """Return the evidence in a frame with the mask that was made of it; None if it has none.
 
-        Places where `inside` (H, W) is 0 count as outside of the image.
+        Places where `inside` (H, W) is 0 count as outside of the image. Without a mask that can be believed everything
+        counts as hidden, unless depth shows it in plain sight: where nothing is known to hide a cable, the mask alone
+        would say that there is none.
         """
         depth = None if frame.camera is None else frame.depth
+        if mask is None:
+            frame, mask = replace(frame, occluders=np.ones(frame.size, np.uint8), image=None), _NOTHING
         if frame.occluders is None and depth is None and frame.image is None:
             return None
         evidence = cls.__new__(cls)  # the frame was checked, and so was the mask

@@ -25,12 +25,13 @@ from dloftbs.data.frame import Frame, as_frame
 from dloftbs.data.frame_region import Region
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.stage_trace import StageTrace
-from dloftbs.data.tracks import Track
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.kernels import preparation
 from dloftbs.lifting import DepthEdges
 from dloftbs.pipeline.inspection import Segments, graph_segments, trace_stages
+from dloftbs.pipeline.mask_gate import MaskGate
 from dloftbs.pipeline.plausibility import doubt_mask
 from dloftbs.pipeline.stages import StageRun, kernel_rooms, run_stages
 from dloftbs.pipeline.whole_image import WholeImage
@@ -98,6 +99,8 @@ class Pipeline:
         )
         self._segments_images = segmenter is not None or self._config.segmentation.needs_image
         self._tracker = make_tracker(self._config.tracking)
+        tracking = self._config.tracking
+        self._gate = MaskGate(tracking) if isinstance(tracking, TrackingConfig) else None
         self._depth_edges = DepthEdges()
         self._size: tuple[int, int] | None = None
         self._region: Region | None = None
@@ -149,21 +152,20 @@ class Pipeline:
             )
         frame = whole if region is None else region.crop(whole)
         self._next_index = frame.index + 1
-        preparation.prepare((*kernel_rooms(self._config, frame), "tracking"))
+        preparation.prepare((*kernel_rooms(self._config, frame), "evidence.kernels.occlusion_pixels", "tracking"))
         since = perf_counter()
         predicted = self._tracker.predict(frame.stamp)
         predicted_ms = 1e3 * (perf_counter() - since)
         if whole.size != self._size:  # another camera
             self._size = whole.size
-            self._depth_edges.reset()
-            if self._segmenter is not None:
-                self._segmenter.reset()
-        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region)
+            self._reset_scene()
+        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region, self._gate)
         self._mask, self._masked = run.mask, region
         self._doubted = self._doubted or _warned(run, frame)  # once in a stream
         since = perf_counter()
         inside, outline = (None, None) if region is None else (region.inside, region.outline)
-        occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting, inside)
+        seen = None if run.has_failed else run.mask
+        occlusion = OcclusionEvidence.of(frame, seen, self._config.lifting, inside)
         tracks = self._tracker.update(
             run.detections,
             frame.stamp,
@@ -171,6 +173,9 @@ class Pipeline:
             occlusion=occlusion,
             outline=outline,
         )
+        if self._gate is not None and not run.has_failed:
+            shows_tracks = any(track.state is TrackState.CONFIRMED for track in tracks)
+            self._gate.accept(run.share, frame.stamp, shows_tracks=shows_tracks)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         result = _result(frame, run, tracks)
         return result if region is None else WholeImage(region, whole).result(result)
@@ -196,7 +201,13 @@ class Pipeline:
         self._doubted = False
         self._mask = self._masked = self._size = None
         self._tracker.reset()
+        self._reset_scene()
+
+    def _reset_scene(self) -> None:
+        """Forget what is known of the camera and of its masks."""
         self._depth_edges.reset()
+        if self._gate is not None:
+            self._gate.reset()
         if self._segmenter is not None:
             self._segmenter.reset()
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from dloftbs.config import DepthConfig, SegmentationConfig
-from dloftbs.support.arrays import AnyArray
+from dloftbs.support.arrays import AnyArray, as_bytes
 
 _MAX_SET = 0.5
 """Largest share of a frame that cables usually cover; more is worth a warning.
@@ -32,21 +33,11 @@ SMALL_PX = 1 << 16
 
 Source: bounds time; more take longer than the grid, which has a thousand points from there on.
 """
-_CLEARLY = 0.4
-"""Largest share on the grid that is not counted again pixel by pixel.
-
-Source: numerics; a thousand points err by less than the tenth that it is below `_MAX_SET`.
-"""
 
 
 def share_set(mask: AnyArray) -> float:
-    """Return the share of a mask that is set: exactly, or roughly where it is small."""
-    if mask.size > SMALL_PX:
-        some = mask[::GRID_PX, ::GRID_PX]
-        share = np.count_nonzero(some) / some.size
-        if share <= _CLEARLY:
-            return share
-    return np.count_nonzero(mask) / max(mask.size, 1)
+    """Return the share of a mask that is set."""
+    return cv2.countNonZero(as_bytes(mask)) / mask.size if mask.size else 0.0
 
 
 def doubt_mask(share: float, name: str = "") -> str | None:

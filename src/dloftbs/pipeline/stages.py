@@ -23,6 +23,7 @@ from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import fit, keep_to_mask
 from dloftbs.lifting import DepthEdges
 from dloftbs.linking import TemporalPrior, choose, link
+from dloftbs.pipeline.mask_gate import MaskGate
 from dloftbs.pipeline.nothing_found import too_many, why_nothing_is_left, why_too_short
 from dloftbs.pipeline.plausibility import refuse_mask, share_set
 from dloftbs.pipeline.soft_mask import above_half, is_probability
@@ -37,7 +38,8 @@ from dloftbs.support.arrays import AnyArray
 class StageRun:
     """Results of the stages on one frame, as far as they came, the share of the mask that is set, and the times.
 
-    A soft mask was given as a probability, and is cable where that is at least one half.
+    A soft mask was given as a probability, and is cable where that is at least one half. A mask that failed is evidence
+    of nothing.
     """
 
     mask: AnyArray
@@ -52,6 +54,7 @@ class StageRun:
     dropped: tuple[Dropped, ...] = ()
     reason: str | None = None
     is_soft: bool = False
+    has_failed: bool = False
 
 
 class _Linked(NamedTuple):
@@ -99,11 +102,13 @@ def run_stages(
     predicted: Sequence[Prediction] = (),
     depth_edges: DepthEdges | None = None,
     region: Region | None = None,
+    gate: MaskGate | None = None,
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
     Ambiguous links of the default method follow the predicted curves, and depth is read with what earlier frames show
-    of its edges, to which this one adds. A frame that was cut to a region of interest has no cable outside of it.
+    of its edges, to which this one adds. A frame that was cut to a region of interest has no cable outside of it. In
+    a mask that the gate of a stream refuses, nothing is looked for.
 
     Raises
     ------
@@ -120,10 +125,12 @@ def run_stages(
     share = share_set(mask) / (1.0 if region is None else region.share)
     run = StageRun(mask, share, clock.stage_ms, is_soft=is_soft)
     clock.lap("segmentation")
+    unreadable = None
     if isinstance(config.linking, LinkingConfig):
-        refusal = refuse_mask(mask, run.share, segmented=frame.mask is None)
-        if refusal is not None:
-            return replace(run, reason=refusal)
+        unreadable = refuse_mask(mask, run.share, segmented=frame.mask is None)
+    failure = None if gate is None else gate.refuse(run.share, frame.stamp, readable=unreadable is None)
+    if unreadable is not None or failure is not None:
+        return replace(run, reason=failure or unreadable, has_failed=failure is not None)
     crop = clean(mask, config.cleaning, region)
     clock.lap("cleaning")
     if crop is None:
