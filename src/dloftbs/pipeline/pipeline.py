@@ -34,6 +34,7 @@ from dloftbs.pipeline.inspection import Segments, graph_segments, trace_stages
 from dloftbs.pipeline.mask_gate import MaskGate
 from dloftbs.pipeline.plausibility import doubt_mask
 from dloftbs.pipeline.stages import StageRun, kernel_rooms, run_stages
+from dloftbs.pipeline.thickness import doubt_unit
 from dloftbs.pipeline.whole_image import WholeImage
 from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
@@ -106,6 +107,7 @@ class Pipeline:
         self._region: Region | None = None
         self._next_index = 0
         self._doubted = False
+        self._has_unit = False  # of depth, as a frame was asked that has a curve in space
         self._mask: AnyArray | None = None
         self._masked: Region | None = None  # region that the mask is of
 
@@ -162,6 +164,7 @@ class Pipeline:
         run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region, self._gate)
         self._mask, self._masked = run.mask, region
         self._doubted = self._doubted or _warned(run, frame)  # once in a stream
+        self._has_unit = self._has_unit or _checked_unit(run, frame)
         since = perf_counter()
         inside, outline = (None, None) if region is None else (region.inside, region.outline)
         seen = None if run.has_failed else run.mask
@@ -193,12 +196,13 @@ class Pipeline:
         whole = as_frame(frame, grey_as_image=self._segments_images)
         frame, region, run = self._run_alone(whole)
         _warned(run, frame)
+        _checked_unit(run, frame)
         result = _result(frame, run, (), kept=frame)
         return result if region is None else WholeImage(region, whole).result(result)
 
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
-        self._doubted = False
+        self._doubted = self._has_unit = False
         self._mask = self._masked = self._size = None
         self._tracker.reset()
         self._reset_scene()
@@ -270,6 +274,16 @@ def _warned(run: StageRun, frame: Frame) -> bool:
             what,
         )
     return doubt is not None or run.is_soft
+
+
+def _checked_unit(run: StageRun, frame: Frame) -> bool:
+    """Warn if the unit of depth makes cables of no plausible thickness; return False if no curve in space shows it."""
+    if not any(detection.curve_3d is not None for detection in run.detections):
+        return False
+    doubt = doubt_unit(run.detections, frame)
+    if doubt is not None:
+        _log.warning("%s%s", f"{frame.name}: " if frame.name else "", doubt)
+    return True
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:
