@@ -89,7 +89,7 @@ class TestFailures:
         share = 100.0 * np.count_nonzero(masks[-1]) / masks[-1].size
         assert result.reason == (
             f"the mask is empty, after {share:.3g} %: the segmentation has failed, or the scene changed, which is "
-            "believed after 0.5 s (0.25 of tracking.keep_lost_s)"
+            "believed after 0.5 s"
         )
 
     def test_hidden_curves_lie_where_the_cables_were_going(self) -> None:
@@ -255,10 +255,17 @@ class TestGate:
         assert gate.refuse(0.0, 0.1, readable=True) is None
 
     def test_time_is_that_of_the_stamps_or_else_of_the_frames(self) -> None:
-        gate = self.gate(0.02, 0.02, keep_lost_s=4.0, frame_s=0.3)
-        assert [gate.refuse(0.0, stamp, readable=True) is None for stamp in (0.2, 1.1, 1.2)] == [False, False, True]
+        gate = self.gate(0.02, 0.02, frame_s=0.15)
+        assert [gate.refuse(0.0, stamp, readable=True) is None for stamp in (0.2, 0.6, 0.7)] == [False, False, True]
         gate.accept(0.02, None, shows_tracks=True)
         assert [gate.refuse(0.0, None, readable=True) is None for _ in range(4)] == [False, False, False, True]
+
+    @pytest.mark.parametrize(("keep_lost_s", "held_s"), [(0.25, 0.25), (3600.0, 0.5)])
+    def test_tracks_are_held_no_longer_than_they_are_kept(self, keep_lost_s: float, held_s: float) -> None:
+        gate = self.gate(0.02, 0.02, keep_lost_s=keep_lost_s)
+        assert str(gate.refuse(0.0, 0.2, readable=True)).endswith(f"believed after {held_s:g} s")
+        assert gate.refuse(0.0, 0.1 + held_s, readable=True) is not None
+        assert gate.refuse(0.0, 0.11 + held_s, readable=True) is None
 
     def test_a_stamp_before_the_last_one_is_another_stream(self) -> None:
         assert self.gate(0.02, 0.02).refuse(0.0, 0.05, readable=True) is None

@@ -10,10 +10,10 @@ _JUMP = 10.0
 Source: measured; none of 12,798 masks of generated sequences and of real cables in motion is that far from what is
 expected, and an empty, full or inverted one is farther.
 """
-_HELD = 0.25
-"""Share of `TrackingConfig.keep_lost_s` after which a jump is believed.
+_HELD_S = 0.5
+"""Time after which a jump is believed, s.
 
-Source: by definition; half a second by default, in which the confidence of a curve that is not seen falls to one half.
+Source: by definition; in it the confidence of a curve that is not seen falls to one half.
 """
 _ROUNDING_S = 1e-6
 """Difference of two times that are the same, s.
@@ -33,11 +33,11 @@ class MaskGate:
     Parameters
     ----------
     config : TrackingConfig
-        Says for how long.
+        Tracks that are not kept are not held either: a jump is believed after `keep_lost_s`, if that is less.
     """
 
     def __init__(self, config: TrackingConfig) -> None:
-        self._held_s = _HELD * config.keep_lost_s
+        self._held_s = min(_HELD_S, config.keep_lost_s)
         self._frame_s = config.frame_s
         self.reset()
 
@@ -68,7 +68,7 @@ class MaskGate:
         what = f"{100.0 * share:.3g} % of the mask is set" if share > 0.0 else "the mask is empty"
         return (
             f"{what}, after {100.0 * self._share:.3g} %: the segmentation has failed, or the scene changed, which is "
-            f"believed after {self._held_s:.3g} s ({_HELD:g} of tracking.keep_lost_s)"
+            f"believed after {self._held_s:.3g} s"
         )
 
     def accept(self, share: float, stamp: float | None, *, shows_tracks: bool) -> None:
