@@ -126,7 +126,8 @@ def test_without_a_mask_to_believe_all_is_hidden_but_what_depth_shows():
         IN_SIGHT,
         IN_SIGHT,
     ]
-    assert look(OcclusionEvidence.of(Frame(mask=OCCLUDERS), None, LiftingConfig()), 100) == HIDDEN
+    for frame in (Frame(mask=OCCLUDERS), Frame(image=np.zeros((*SIZE, 3), np.uint8))):
+        assert look(OcclusionEvidence.of(frame, None, LiftingConfig()), 100) == HIDDEN
 
 
 def test_the_image_tells_nothing_of_what_hides():

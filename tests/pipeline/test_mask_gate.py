@@ -83,6 +83,24 @@ class TestFailures:
             assert "the segmentation has failed, or the scene changed" in str(results[i].reason)
             assert list(results[i].stage_ms) == ["segmentation", "tracking"]
 
+    def test_a_colour_that_fails_for_a_frame_is_as_a_mask_that_fails(self) -> None:
+        pipeline = Pipeline(hsv="red")
+        images = [
+            np.where(mask(i)[..., None], (0, 0, 255), (90, 120, 90)).astype(np.uint8) for i in range(FAILS_AT + 2)
+        ]
+        images[FAILS_AT] //= 16  # the exposure jumps
+        results = [pipeline.process(Frame(image=one, index=i, stamp=i / FPS)) for i, one in enumerate(images)]
+        assert [state for ((_, state),) in states(results)[1:]] == ["confirmed"] * 7 + ["hidden", "confirmed"]
+        assert "the segmentation has failed" in str(results[FAILS_AT].reason)
+
+    def test_a_region_of_interest_has_a_mask_of_its_own(self) -> None:
+        masks = [mask(i) for i in range(FAILS_AT + 2)]
+        masks[FAILS_AT] = np.zeros(SIZE, bool)
+        masks[FAILS_AT][:60] = True  # outside of it
+        results = follow(masks, Pipeline(roi=(0, 60, SIZE[1], SIZE[0] - 60)))
+        assert [state for (_, state), *_ in states(results)[1:]] == ["confirmed"] * 7 + ["hidden", "confirmed"]
+        assert str(results[FAILS_AT].reason).startswith("the mask is empty, after ")
+
     def test_the_reason_says_what_happened_and_for_how_long_it_is_not_believed(self) -> None:
         masks = [mask(i) for i in range(FAILS_AT)]
         *_, result = follow([*masks, np.zeros(SIZE, bool)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -157,14 +156,15 @@ class OcclusionEvidence:
         would say that there is none.
         """
         depth = None if frame.camera is None else frame.depth
+        occluders, image = frame.occluders, frame.image
         if mask is None:
-            frame, mask = replace(frame, occluders=np.ones(frame.size, np.uint8), image=None), _NOTHING
-        if frame.occluders is None and depth is None and frame.image is None:
+            occluders, image, mask = np.ones(frame.size, np.uint8), None, _NOTHING
+        if occluders is None and depth is None and image is None:
             return None
         evidence = cls.__new__(cls)  # the frame was checked, and so was the mask
-        evidence._occluders = _NOTHING if frame.occluders is None else as_bytes(frame.occluders)
+        evidence._occluders = _NOTHING if occluders is None else as_bytes(occluders)
         evidence._depth = None if depth is None else ReadableDepth.of(depth, frame.depth_unit_m, config)
-        evidence._mask, evidence._image, evidence._camera = as_bytes(mask), frame.image, frame.camera
+        evidence._mask, evidence._image, evidence._camera = as_bytes(mask), image, frame.camera
         evidence._inside = inside
         evidence.size = frame.size
         return evidence
