@@ -52,7 +52,7 @@ def test_the_console_script_is_installed():
 
 
 @pytest.mark.parametrize(
-    "command", ["", "detect", "track", "batch", "demo", "config", "config print", "config check", "warmup"]
+    "command", ["", "detect", "track", "batch", "diagnose", "demo", "config", "config print", "config check", "warmup"]
 )
 def test_every_command_has_help(command):
     assert "Usage:" in run(*command.split(), "--help").output

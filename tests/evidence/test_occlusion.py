@@ -117,6 +117,19 @@ class TestDepth:
         assert TestOccluders.EVIDENCE.depth_along(curve) is None
 
 
+def test_without_a_mask_to_believe_all_is_hidden_but_what_depth_shows():
+    frame = Frame(mask=OCCLUDERS, occluders=np.zeros(SIZE, np.uint8), depth=depth_of(1.0), camera=CAMERA)
+    evidence = OcclusionEvidence.of(frame, None, LiftingConfig())
+    assert not evidence.has_image
+    assert [look(evidence, 100), look(evidence, 100, depth_m=0.5), look(evidence, 30, depth_m=0.5)] == [
+        HIDDEN,
+        IN_SIGHT,
+        IN_SIGHT,
+    ]
+    for frame in (Frame(mask=OCCLUDERS), Frame(image=np.zeros((*SIZE, 3), np.uint8))):
+        assert look(OcclusionEvidence.of(frame, None, LiftingConfig()), 100) == HIDDEN
+
+
 def test_the_image_tells_nothing_of_what_hides():
     """A hand looks like the table as often as not."""
     mask, image = np.zeros(SIZE, np.uint8), np.full((*SIZE, 3), 128, np.uint8)

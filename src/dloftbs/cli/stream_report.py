@@ -84,8 +84,8 @@ class RunReport:
         parts.append(f"{len(self.steadiness.shown)} tracks" if self._tracked else f"{self.objects} objects")
         return "  ".join(parts)
 
-    def summary(self) -> str:
-        """Return what the run came to, in a few lines."""
+    def summary(self, *, faults: bool = True) -> str:
+        """Return what the run came to, in a few lines; without its faults where those are reported elsewhere."""
         missed = f", {self.missed} left out to keep up with the camera" if self.missed else ""
         lines = [
             f"frames     {self.frames}, {self.skipped} skipped{missed}, in {self.seconds:.1f} s: "
@@ -94,6 +94,8 @@ class RunReport:
         ]
         if self.frames:
             lines += self._timing()
+        if not faults:
+            return "\n".join(lines)
         if self.reasons.total:
             lines += [f"nothing found in {self.reasons.total} frames:", *self.reasons.lines()]
         if self.reasons_3d.total:

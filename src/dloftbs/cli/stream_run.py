@@ -16,6 +16,7 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SourceError
 from dloftbs.pipeline import Pipeline
 from dloftbs.pipeline.mask_faults import MaskSamples
+from dloftbs.support.arrays import AnyArray
 from dloftbs.support.overlap import Ahead, Behind, cores
 
 
@@ -85,6 +86,11 @@ class StreamRun:
     def fps(self) -> float | None:
         """Frames per second of those that are used."""
         return self.source.fps and self.source.fps / self._options.every
+
+    @property
+    def mask(self) -> AnyArray | None:
+        """Mask of the last frame that was tracked: of the one that is written, where all goes in turn."""
+        return self._pipeline.mask
 
     def __enter__(self) -> StreamRun:
         self._read.__enter__()

@@ -147,19 +147,24 @@ class OcclusionEvidence:
 
     @classmethod
     def of(
-        cls, frame: Frame, mask: AnyArray, config: DepthConfig, inside: npt.NDArray[np.uint8] | None = None
+        cls, frame: Frame, mask: AnyArray | None, config: DepthConfig, inside: npt.NDArray[np.uint8] | None = None
     ) -> OcclusionEvidence | None:
         """Return the evidence in a frame with the mask that was made of it; None if it has none.
 
-        Places where `inside` (H, W) is 0 count as outside of the image.
+        Places where `inside` (H, W) is 0 count as outside of the image. Without a mask that can be believed everything
+        counts as hidden, unless depth shows it in plain sight: where nothing is known to hide a cable, the mask alone
+        would say that there is none.
         """
         depth = None if frame.camera is None else frame.depth
-        if frame.occluders is None and depth is None and frame.image is None:
+        occluders, image = frame.occluders, frame.image
+        if mask is None:
+            occluders, image, mask = np.ones(frame.size, np.uint8), None, _NOTHING
+        if occluders is None and depth is None and image is None:
             return None
         evidence = cls.__new__(cls)  # the frame was checked, and so was the mask
-        evidence._occluders = _NOTHING if frame.occluders is None else as_bytes(frame.occluders)
+        evidence._occluders = _NOTHING if occluders is None else as_bytes(occluders)
         evidence._depth = None if depth is None else ReadableDepth.of(depth, frame.depth_unit_m, config)
-        evidence._mask, evidence._image, evidence._camera = as_bytes(mask), frame.image, frame.camera
+        evidence._mask, evidence._image, evidence._camera = as_bytes(mask), image, frame.camera
         evidence._inside = inside
         evidence.size = frame.size
         return evidence

@@ -25,15 +25,17 @@ from dloftbs.data.frame import Frame, as_frame
 from dloftbs.data.frame_region import Region
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.stage_trace import StageTrace
-from dloftbs.data.tracks import Track
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.kernels import preparation
 from dloftbs.lifting import DepthEdges
 from dloftbs.pipeline.inspection import Segments, graph_segments, trace_stages
+from dloftbs.pipeline.mask_gate import MaskGate
 from dloftbs.pipeline.plausibility import doubt_mask
 from dloftbs.pipeline.prompting import make_prompt
 from dloftbs.pipeline.stages import StageRun, kernel_rooms, run_stages
+from dloftbs.pipeline.thickness import doubt_unit
 from dloftbs.pipeline.whole_image import WholeImage
 from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
@@ -103,11 +105,14 @@ class Pipeline:
         )
         self._segments_images = segmenter is not None or self._config.segmentation.needs_image
         self._tracker = make_tracker(self._config.tracking)
+        tracking = self._config.tracking
+        self._gate = MaskGate(tracking) if isinstance(tracking, TrackingConfig) else None
         self._depth_edges = DepthEdges()
         self._size: tuple[int, int] | None = None
         self._region: Region | None = None
         self._next_index = 0
         self._doubted = False
+        self._has_unit = False  # of depth, as a frame was asked that has a curve in space
         self._mask: AnyArray | None = None
         self._masked: Region | None = None  # region that the mask is of
 
@@ -154,24 +159,24 @@ class Pipeline:
             )
         frame = whole if region is None else region.crop(whole)
         self._next_index = frame.index + 1
-        preparation.prepare((*kernel_rooms(self._config, frame), "tracking"))
+        preparation.prepare((*kernel_rooms(self._config, frame), "evidence.kernels.occlusion_pixels", "tracking"))
         since = perf_counter()
         predicted = self._tracker.predict(frame.stamp)
         predicted_ms = 1e3 * (perf_counter() - since)
         if whole.size != self._size:  # another camera
             self._size = whole.size
-            self._depth_edges.reset()
-            if self._segmenter is not None:
-                self._segmenter.reset()
+            self._reset_scene()
         prompt = None
         if self._segmenter is not None and self._segmenter.takes_prompt and frame.mask is None:
             prompt = make_prompt(predicted, self._mask, frame.size)
-        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region, prompt)
+        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region, prompt, self._gate)
         self._mask, self._masked = run.mask, region
         self._doubted = self._doubted or _warned(run, frame)  # once in a stream
+        self._has_unit = self._has_unit or _checked_unit(run, frame)
         since = perf_counter()
         inside, outline = (None, None) if region is None else (region.inside, region.outline)
-        occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting, inside)
+        seen = None if run.has_failed else run.mask
+        occlusion = OcclusionEvidence.of(frame, seen, self._config.lifting, inside)
         tracks = self._tracker.update(
             run.detections,
             frame.stamp,
@@ -179,6 +184,9 @@ class Pipeline:
             occlusion=occlusion,
             outline=outline,
         )
+        if self._gate is not None and not run.has_failed:
+            shows_tracks = any(track.state is TrackState.CONFIRMED for track in tracks)
+            self._gate.accept(run.share, frame.stamp, shows_tracks=shows_tracks)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         result = _result(frame, run, tracks)
         return result if region is None else WholeImage(region, whole).result(result)
@@ -196,15 +204,22 @@ class Pipeline:
         whole = as_frame(frame, grey_as_image=self._segments_images)
         frame, region, run = self._run_alone(whole)
         _warned(run, frame)
+        _checked_unit(run, frame)
         result = _result(frame, run, (), kept=frame)
         return result if region is None else WholeImage(region, whole).result(result)
 
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
-        self._doubted = False
+        self._doubted = self._has_unit = False
         self._mask = self._masked = self._size = None
         self._tracker.reset()
+        self._reset_scene()
+
+    def _reset_scene(self) -> None:
+        """Forget what is known of the camera and of its masks."""
         self._depth_edges.reset()
+        if self._gate is not None:
+            self._gate.reset()
         if self._segmenter is not None:
             self._segmenter.reset()
 
@@ -267,6 +282,16 @@ def _warned(run: StageRun, frame: Frame) -> bool:
             what,
         )
     return doubt is not None or run.is_taken_for_soft
+
+
+def _checked_unit(run: StageRun, frame: Frame) -> bool:
+    """Warn if the unit of depth makes cables of no plausible thickness; return False if no curve in space shows it."""
+    if not any(detection.curve_3d is not None for detection in run.detections):
+        return False
+    doubt = doubt_unit(run.detections, frame)
+    if doubt is not None:
+        _log.warning("%s%s", f"{frame.name}: " if frame.name else "", doubt)
+    return True
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:

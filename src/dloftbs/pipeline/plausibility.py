@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from dloftbs.config import DepthConfig, SegmentationConfig
-from dloftbs.support.arrays import AnyArray
-from dloftbs.support.mask_values import GRID_PX, SMALL_PX
+from dloftbs.support.arrays import AnyArray, as_bytes
+from dloftbs.support.mask_values import GRID_PX
 
 _MAX_SET = 0.5
 """Largest share of a frame that cables usually cover; more is worth a warning.
@@ -23,21 +24,11 @@ _STRIP_SIDES = 4.0
 
 Source: geometry; the longest format of cameras is 32:9.
 """
-_CLEARLY = 0.4
-"""Largest share on the grid that is not counted again pixel by pixel.
-
-Source: numerics; a thousand points err by less than the tenth that it is below `_MAX_SET`.
-"""
 
 
 def share_set(mask: AnyArray) -> float:
-    """Return the share of a mask that is set: exactly, or roughly where it is small."""
-    if mask.size > SMALL_PX:
-        some = mask[::GRID_PX, ::GRID_PX]
-        share = np.count_nonzero(some) / some.size
-        if share <= _CLEARLY:
-            return share
-    return np.count_nonzero(mask) / max(mask.size, 1)
+    """Return the share of a mask that is set."""
+    return cv2.countNonZero(as_bytes(mask)) / mask.size if mask.size else 0.0
 
 
 def doubt_mask(share: float, name: str = "") -> str | None:

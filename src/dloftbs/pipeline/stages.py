@@ -28,6 +28,7 @@ from dloftbs.fitting import fit, keep_to_mask
 from dloftbs.kernels.shared.soft_masks import HALF
 from dloftbs.lifting import DepthEdges
 from dloftbs.linking import TemporalPrior, choose, link, with_ends_that_go_on, with_soft_widths
+from dloftbs.pipeline.mask_gate import MaskGate
 from dloftbs.pipeline.nothing_found import too_many, why_nothing_is_left, why_too_short
 from dloftbs.pipeline.plausibility import refuse_mask, share_set
 from dloftbs.pipeline.soft_mask import SURE, readings_of, sureness
@@ -43,7 +44,8 @@ from dloftbs.support.mask_values import as_probability, is_probability
 class StageRun:
     """Results of the stages on one frame, as far as they came, the share of the mask that is set, and the times.
 
-    `mask` is what was read of a probability; `is_taken_for_soft` if nobody but its values says that it is one.
+    `mask` is what was read of a probability, and the share that of what is at least one half; `is_taken_for_soft` if
+    nobody but its values says that it is one. A mask that failed is evidence of nothing.
     """
 
     mask: AnyArray
@@ -58,6 +60,20 @@ class StageRun:
     dropped: tuple[Dropped, ...] = ()
     reason: str | None = None
     is_taken_for_soft: bool = False
+    has_failed: bool = False
+
+
+class _Clock:
+    """Books the time since the last lap to a stage."""
+
+    def __init__(self) -> None:
+        self.stage_ms: dict[str, float] = {}
+        self._since = perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = perf_counter()
+        self.stage_ms[stage] = self.stage_ms.get(stage, 0.0) + 1e3 * (now - self._since)
+        self._since = now
 
 
 class _Linked(NamedTuple):
@@ -75,6 +91,27 @@ class _Given(NamedTuple):
     mask: AnyArray
     soft: npt.NDArray[np.uint8] | None
     is_taken_for_soft: bool
+
+
+class _Task(NamedTuple):
+    """A frame, how it is to be read, the probability that its mask is, if it is one, and the clock of the stages."""
+
+    frame: Frame
+    config: Config
+    region: Region | None
+    predicted: Sequence[Prediction]
+    soft: npt.NDArray[np.uint8] | None
+    clock: _Clock
+
+    def share_of(self, mask: AnyArray) -> float:
+        """Return the share of the frame, or of its region of interest, that is set in a mask."""
+        return share_set(mask) / (1.0 if self.region is None else self.region.share)
+
+    def refusal_of(self, mask: AnyArray) -> str | None:
+        """Return why a mask cannot be read as cables; None if it can, and by the published method always."""
+        if not isinstance(self.config.linking, LinkingConfig):
+            return None
+        return refuse_mask(mask, self.share_of(mask), segmented=self.frame.mask is None)
 
 
 class _Reading(NamedTuple):
@@ -100,19 +137,6 @@ def kernel_rooms(config: Config, frame: Frame) -> tuple[str, ...]:
     return tuple(rooms)
 
 
-class _Clock:
-    """Books the time since the last lap to a stage."""
-
-    def __init__(self) -> None:
-        self.stage_ms: dict[str, float] = {}
-        self._since = perf_counter()
-
-    def lap(self, stage: str) -> None:
-        now = perf_counter()
-        self.stage_ms[stage] = self.stage_ms.get(stage, 0.0) + 1e3 * (now - self._since)
-        self._since = now
-
-
 def run_stages(
     frame: Frame,
     config: Config,
@@ -121,11 +145,13 @@ def run_stages(
     depth_edges: DepthEdges | None = None,
     region: Region | None = None,
     prompt: Prompt | None = None,
+    gate: MaskGate | None = None,
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
     Ambiguous links of the default method follow the predicted curves, and depth is read with what earlier frames show
-    of its edges, to which this one adds. A frame that was cut to a region of interest has no cable outside of it.
+    of its edges, to which this one adds. A frame that was cut to a region of interest has no cable outside of it. In
+    a mask that the gate of a stream refuses, nothing is looked for.
 
     Raises
     ------
@@ -136,17 +162,22 @@ def run_stages(
     mask, soft, is_taken_for_soft = _given(frame, segmenter, config, prompt)
     if region is not None:
         mask, soft = region.clear_outside(mask), None if soft is None else region.clear_outside(soft)
-    best, surest = None, -1.0
-    for limit, part in [(HALF, mask)] if soft is None else readings_of(soft):
-        clock.lap("segmentation")
-        reading = _read(part, None if soft is None else (soft, limit), frame, config, clock, predicted, region)
-        sure = sureness(reading.lines)
-        if sure > surest:
-            best, surest = reading, sure
-        if sure >= SURE or not isinstance(config.linking, LinkingConfig):
+    task = _Task(frame, config, region, predicted, soft, clock)
+    readings = iter([(HALF, mask)]) if soft is None else readings_of(soft)
+    limit, part = next(readings)
+    share = task.share_of(part)
+    clock.lap("segmentation")
+    failure = None if gate is None else gate.refuse(share, frame.stamp, readable=task.refusal_of(part) is None)
+    if failure is not None:
+        run = StageRun(part, share, clock.stage_ms, reason=failure, has_failed=True)
+        return replace(run, is_taken_for_soft=is_taken_for_soft)
+    best = _read(part, limit, task)
+    for limit, part in readings:
+        if sureness(best.lines) >= SURE or not isinstance(config.linking, LinkingConfig):
             break
-    assert best is not None
-    run, lines = replace(best.run, is_taken_for_soft=is_taken_for_soft), best.lines
+        clock.lap("segmentation")
+        best = max(best, _read(part, limit, task), key=lambda reading: sureness(reading.lines))
+    run, lines = replace(best.run, share=share, is_taken_for_soft=is_taken_for_soft), best.lines
     if not lines:
         return run
     assert run.crop is not None
@@ -165,22 +196,13 @@ def run_stages(
     return replace(run, detections=detections, crossings=crossings)
 
 
-def _read(
-    mask: AnyArray,
-    soft: tuple[npt.NDArray[np.uint8], int] | None,
-    frame: Frame,
-    config: Config,
-    clock: _Clock,
-    predicted: Sequence[Prediction],
-    region: Region | None,
-) -> _Reading:
-    """Find the objects of a mask; it may be what a probability of 8 bits is from a limit on."""
-    share = share_set(mask) / (1.0 if region is None else region.share)
-    run = StageRun(mask, share, clock.stage_ms)
-    if isinstance(config.linking, LinkingConfig):
-        refusal = refuse_mask(mask, share, segmented=frame.mask is None)
-        if refusal is not None:
-            return _Reading(replace(run, reason=refusal), [])
+def _read(mask: AnyArray, limit: int, task: _Task) -> _Reading:
+    """Find the objects of a mask, which of a probability is what is not below a limit."""
+    frame, config, region, predicted, soft, clock = task
+    run = StageRun(mask, task.share_of(mask), clock.stage_ms)
+    refusal = task.refusal_of(mask)
+    if refusal is not None:
+        return _Reading(replace(run, reason=refusal), [])
     crop = clean(mask, config.cleaning, region)
     clock.lap("cleaning")
     if crop is None:
@@ -190,11 +212,9 @@ def _read(
     if isinstance(config.linking, GreedyLinkingConfig):
         linked = _link_as_published(crop, skeleton, config.linking, config.segments.max_segments, clock)
     else:
-        linked = _link_by_bending(
-            crop, skeleton, config, config.linking, clock, predicted, frame, None if soft is None else soft[0]
-        )
+        linked = _link_by_bending(crop, skeleton, config.linking, task)
         if soft is not None:
-            linked = linked._replace(lines=with_ends_that_go_on(linked.lines, *soft))
+            linked = linked._replace(lines=with_ends_that_go_on(linked.lines, soft, limit))
     lines, dropped = choose(linked.lines, config.linking, predicted)
     clock.lap("linking")
     reason = None if lines else linked.reason or why_too_short(config.linking)
@@ -227,17 +247,9 @@ def _link_as_published(
     return _Linked(lines + [close(loop) for loop in make_segments(crop, walks.loops)], None, walks)
 
 
-def _link_by_bending(
-    crop: MaskCrop,
-    skeleton: Skeleton,
-    config: Config,
-    linking: LinkingConfig,
-    clock: _Clock,
-    predicted: Sequence[Prediction],
-    frame: Frame,
-    soft: npt.NDArray[np.uint8] | None,
-) -> _Linked:
+def _link_by_bending(crop: MaskCrop, skeleton: Skeleton, linking: LinkingConfig, task: _Task) -> _Linked:
     """Link the branches by the default method."""
+    frame, config, _, predicted, soft, clock = task
     graph, found = build_graph(crop, skeleton, config.segments.max_segments)
     clock.lap("segments")
     if graph is None:

@@ -1,0 +1,94 @@
+"""``dloftbs diagnose``: a stream in, a page of text out that says what is wrong with it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from dloftbs.cli.limits import MAX_FRAMES, FilledPath
+from dloftbs.cli.options import InputOptions, check_pictures, config_options, every_option, fps_option, input_options
+from dloftbs.cli.shell import interrupted
+
+if TYPE_CHECKING:
+    from dloftbs.config import Config
+    from dloftbs.data.frame import Frame
+    from dloftbs.data.frame_result import FrameResult
+
+_FRAMES = 50
+
+
+@click.command(short_help="Say why it finds too much, too little or the wrong thing.")
+@click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
+@click.option(
+    "--stages",
+    type=FilledPath(),
+    metavar="FOLDER|PNG",
+    callback=check_pictures(video=False),
+    help="Draw a figure of all stages of the three worst frames: those in which nothing is found, or the least sure.",
+)
+@click.option(
+    "--limit",
+    type=click.IntRange(1, MAX_FRAMES),
+    metavar="N",
+    default=_FRAMES,
+    show_default=True,
+    help="Look at the first N frames that were used.",
+)
+@every_option
+@fps_option
+@input_options
+@config_options
+@click.pass_context
+def diagnose(
+    context: click.Context,
+    where: tuple[str, ...],
+    stages: str | None,
+    limit: int,
+    every: int,
+    fps: float | None,
+    inputs: InputOptions,
+    config: Config,
+) -> None:
+    """Say why it finds too much, too little or the wrong thing.
+
+    INPUT and the options are those of `dloftbs track`. The first frames are tracked, and a page of text says what the
+    source gives, how much of the mask is set, what was found, dropped and why, how long each stage took, and what to
+    change, the weightiest first. The exit code is 0 whatever is found; that of an input that cannot be read is 1.
+
+    \b
+    dloftbs diagnose cable.mp4 --hsv 170:10,80:255,60:255
+    dloftbs diagnose run.mcap --topic /camera/color/image_raw --hsv red --stages stages
+    """
+    from dloftbs.cli.diagnosis import Diagnosis
+    from dloftbs.cli.frames import in_natural_order
+    from dloftbs.cli.outputs import open_all_pictures
+    from dloftbs.cli.places import InputFiles, plan_outputs
+    from dloftbs.cli.progress import open_progress
+    from dloftbs.cli.stream_run import StreamOptions, StreamRun
+    from dloftbs.pipeline import Pipeline
+
+    outputs = plan_outputs((), {"--stages": stages}, InputFiles(where, context.params), config, is_one=limit == 1)
+    run = StreamRun(
+        where[0] if len(where) == 1 else in_natural_order(where, inputs),
+        StreamOptions(inputs, config, fps, every, limit),
+        in_turn=True,  # so that times are those of a core, and the mask is the frame's
+    )
+    diagnosis = Diagnosis(run.report, config.lifting)
+
+    def add(frame: Frame, result: FrameResult) -> None:
+        diagnosis.add(frame, run.mask, result)
+
+    try:
+        with run, open_progress(shares_terminal=False) as progress, interrupted() as stop:
+            run.follow(add, shown=progress.tick, stop=stop)
+    finally:
+        if run.report.frames:
+            click.echo(diagnosis.page(run.source))
+    run.check_frames()
+    for sink in open_all_pictures(outputs.pictures, Pipeline(config)):
+        worst = diagnosis.worst()
+        with sink:
+            for frame, result in worst:
+                sink.write(frame, result)
+        click.echo(f"{stages}: the stages of {', '.join(f'frame {frame.index}' for frame, _ in worst)}", err=True)
