@@ -85,7 +85,7 @@ class Diagnosis:
                 self._depth_m.append((low, middle, high))
         if mask is not None:
             self._shares.append(share_set(mask))
-        self._soft += frame.mask is not None and is_probability(frame.mask)
+        self._soft += frame.mask is not None and frame.mask_is == "auto" and is_probability(frame.mask)
         before, self._last = self._last, frame
         for kind, now in (("image", frame.image), ("depth", depth)):
             one: AnyArray | None = getattr(before, kind, None)
@@ -169,8 +169,8 @@ class Diagnosis:
         found = [(times, f"{text} ({_of(times, frames)})") for text, times in self._doubts.counts().items()]
         found += [(n, f"nothing found in {_of(n, frames)}: {text}") for text, n in report.reasons.counts().items()]
         if self._soft:
-            what = f"the mask has many grey values ({_of(self._soft, frames)})"
-            found.append((self._soft, f"{what}, and is cable from one half on: for another limit, threshold it"))
+            what = f"the mask has many grey values ({_of(self._soft, frames)}), and is read as a probability"
+            found.append((self._soft, f"{what}: say --mask-is probability, or binary if it is none"))
         for kind, times in self._same.items():
             if 2 * times > frames:
                 what = f"{times} of {frames} frames have the {kind} of the frame before, to the last bit"
