@@ -103,7 +103,7 @@ def test_it_is_a_segmenter_for_all_that_take_one():
     model = dloftbs.ColourModel.fit(image, [dloftbs.Stroke(points=[(30, 80), (120, 80)])])
     assert len(dloftbs.detect(image, segmenter=model)) == 1
     assert [len(result.tracks) for result in dloftbs.track([image, image], segmenter=model)] == [1, 1]
-    with pytest.raises(InputError, match="x has a mask"):
+    with pytest.raises(InputError, match="x is a mask already"):
         dloftbs.detect(model(image) != 0, segmenter=model)
 
 

@@ -19,6 +19,7 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.run_lengths import decode
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError, SinkError
+from dloftbs.sources.annotations import read_annotations
 
 SIZE = (60, 90)
 WIDTH = 5
@@ -193,6 +194,17 @@ def test_labelme_gets_a_line_beside_each_picture(tmp_path):
         (1, [[29.59, 40.0], [50.25, 40.0]]),
     ]
     assert json.loads((folder / "b.json").read_text())["shapes"] == []
+
+
+def test_the_lines_of_labelme_are_read_as_instances(tmp_path):
+    written(tmp_path / "cable.labelme", result_of(UPPER, LOWER, name="a.png"))
+    labels = read_annotations(tmp_path / "cable.labelme" / "a.json")
+    assert np.unique(labels).tolist() == [0, 1, 2]
+    for number, (y, parts) in enumerate(((20, [(12, 48)]), (40, [(12, 18), (32, 48)])), 1):
+        for start, stop in parts:
+            assert (labels[y - 2 : y + 3, start:stop] == number).all()
+        assert not (labels[[y - 5, y + 5]]).any()
+    assert not labels[40, 24:26].any()
 
 
 def test_a_line_of_labelme_stays_on_the_curve_with_few_points(tmp_path):

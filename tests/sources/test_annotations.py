@@ -112,10 +112,20 @@ def test_a_mask_of_labelme_is_cut_at_the_border(tmp_path, left):
     np.testing.assert_array_equal(read_annotations(save(tmp_path / "a.json", content)), labels)
 
 
+def test_a_line_with_a_width_is_drawn(tmp_path):
+    wire = shape([[2.2, 10], [27.4, 10]], "linestrip", description="width_px=5.0")
+    labels = read_annotations(save(tmp_path / "a.json", labelme(wire)))
+    assert (labels[8:13, 3:27] == 1).all()
+    assert not labels[[5, 15]].any()
+    short = shape([[2, 10]], "linestrip", description="width_px=5.0")
+    with pytest.raises(SourceError, match="a linestrip must have two points or more"):
+        read_annotations(save(tmp_path / "a.json", labelme(short)))
+
+
 def test_lines_and_boxes_have_no_area_and_are_left_out_with_a_warning(tmp_path, caplog):
     content = labelme(shape([[1, 1], [9, 9]], "linestrip", label="wire"), shape(PAIRS[0]), shape(PAIRS[1]))
     np.testing.assert_array_equal(read_annotations(save(tmp_path / "a.json", content)), expected())
-    assert "left out the linestrip 'wire': only polygons and masks have an area" in caplog.text
+    assert "left out the linestrip 'wire': only polygons, masks, and lines that are described by" in caplog.text
     path = save(tmp_path / "a.txt", "0 0.5 0.5 0.1 0.2\n" + yolo(BAR, POST))
     np.testing.assert_array_equal(read_annotations(path, SIZE), expected())
     assert "left out 1 boxes (line 1)" in caplog.text

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dloftbs.errors import InputError
-from dloftbs.support.mask_values import as_probability, is_probability
+from dloftbs.support.mask_values import as_probability, holds_labels, is_probability
 
 SIZE = (360, 640)
 
@@ -62,6 +62,29 @@ class TestIsProbability:
             grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
             assert grey is not None
             assert is_probability(grey)
+
+
+class TestHoldsLabels:
+    @pytest.mark.parametrize("kind", [np.uint8, np.int32, np.uint16, np.int64])
+    def test_small_numbers_of_two_objects_are_labels(self, kind: type) -> None:
+        labels = np.zeros(SIZE, kind)
+        labels[100:120], labels[200:240] = 1, 3
+        assert holds_labels(labels)
+        labels[:8] = 255
+        assert holds_labels(labels)
+
+    @pytest.mark.parametrize("values", [(1,), (255,), (1, 255), (1, 200), (40, 41), (-1, 2)])
+    def test_other_numbers_are_none(self, values: tuple[int, ...]) -> None:
+        mask = np.zeros(SIZE, np.int32)
+        for row, value in enumerate(values):
+            mask[100 * row : 100 * row + 50] = value
+        assert not holds_labels(mask)
+
+    def test_neither_are_probabilities_and_nothing(self) -> None:
+        assert not holds_labels(soft())
+        assert not holds_labels(soft() / 255.0)
+        assert not holds_labels(drawn() > 127)
+        assert not holds_labels(np.zeros((0, 5), np.uint8))
 
 
 def test_a_probability_of_any_type_has_8_bits() -> None:

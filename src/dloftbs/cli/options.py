@@ -152,8 +152,8 @@ def config_options(command: Command) -> Command:
     @click.option(
         "--mask-is",
         type=click.Choice(("auto", "binary", "probability", "labels")),
-        help="What the values of masks are: cable wherever they are not 0 (binary, labels), or a probability, as "
-        "networks give it; auto takes many grey values, nearly all of them sure, for one.",
+        help="What the values of masks are: cable wherever they are not 0 (binary), numbers of objects (labels), or a "
+        "probability, as networks give it; auto takes many grey values, nearly all of them sure, for one.",
     )
     @roi_option
     @functools.wraps(command)

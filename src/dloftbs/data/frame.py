@@ -67,8 +67,8 @@ class Frame:
     mask_is : {"auto", "binary", "probability", "labels"}
         What the values of the mask are. "binary": any non-zero is cable. "labels": the same, and they are the instances
         where none are given. "probability": as networks give it, of 8 or 16 bits, or in 0..1; it is held as uint8.
-        "auto": floating point is a probability, and so is uint8 of many grey values, nearly all of which are sure; all
-        else is binary.
+        "auto": floating point is a probability, and so is uint8 of many grey values, nearly all of which are sure; at
+        least two numbers, all up to 32, are labels; all else is binary.
     instances : numpy.ndarray, shape (H, W), integer, optional
         Label image of single objects, held as uint16: 0 is ground, any other number an object. Also a stack (N, H, W),
         a list of masks or of SAM's dictionaries, of which object k becomes k + 1 (see `instance_labels.as_labels`).
@@ -102,7 +102,7 @@ class Frame:
         if self.image is not None:
             object.__setattr__(self, "image", _read_only(check_image(self.image)))
         if self.mask is not None:
-            mask = check_mask(self.mask)
+            mask = check_mask(self.mask, may_be_soft=True)
             if mask.dtype.kind == "f" and self.mask_is == "auto":
                 object.__setattr__(self, "mask_is", "probability")
             known = as_probability(mask) if self.mask_is == "probability" else mask

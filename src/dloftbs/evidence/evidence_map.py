@@ -16,6 +16,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.graph import POSITION, TANGENT, Graph
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence.kernels.colour_differences import compare_pairs
+from dloftbs.evidence.kernels.end_labels import label_ends
 from dloftbs.evidence.kernels.end_references import sample_cables, sample_references
 from dloftbs.evidence.kernels.gap_depths import judge_ways, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import (
@@ -59,6 +60,8 @@ class EvidenceMap:
         See `Frame`.
     soft : numpy.ndarray, shape (H, W), uint8, optional
         The probability, of 256, that the mask was made of.
+    labels : numpy.ndarray, shape (H, W), uint16, optional
+        Single objects, as `Frame.instances` has them.
     """
 
     crop: MaskCrop
@@ -69,15 +72,31 @@ class EvidenceMap:
     config: DepthConfig = field(default_factory=DepthConfig)
     depth_unit_m: float = MILLIMETRE_M
     soft: npt.NDArray[np.uint8] | None = None
+    labels: npt.NDArray[np.uint16] | None = None
 
     @classmethod
     def of(
-        cls, frame: Frame, crop: MaskCrop, config: DepthConfig, soft: npt.NDArray[np.uint8] | None = None
+        cls,
+        frame: Frame,
+        crop: MaskCrop,
+        config: DepthConfig,
+        soft: npt.NDArray[np.uint8] | None = None,
+        labels: npt.NDArray[np.uint16] | None = None,
     ) -> EvidenceMap | None:
-        """Return the evidence in a frame, and in the probability that its mask was made of; None if there is none."""
-        if all(given is None for given in (frame.image, frame.depth, frame.occluders, soft)):
+        """Return the evidence in a frame, and in the probability and the labels of its mask; None if there is none."""
+        if all(given is None for given in (frame.image, frame.depth, frame.occluders, soft, labels)):
             return None
-        return cls(crop, frame.image, frame.depth, frame.occluders, frame.camera, config, frame.depth_unit_m, soft)
+        return cls(
+            crop,
+            frame.image,
+            frame.depth,
+            frame.occluders,
+            frame.camera,
+            config,
+            frame.depth_unit_m,
+            soft,
+            labels,
+        )
 
     def at(self, graph: Graph) -> EndEvidence:
         """Return the evidence at the ends of the branches of a graph."""
@@ -106,6 +125,11 @@ class EndEvidence:
     def tells_swerves(self) -> bool:
         """True if there is depth, and a camera that shows how steep it is."""
         return self.frame.depth is not None and self.frame.camera is not None
+
+    @property
+    def has_labels(self) -> bool:
+        """True if single objects are labelled."""
+        return self.frame.labels is not None
 
     def swerves(self, pairs: _Ints, lengths: FloatArray) -> FloatArray:
         """Return how far a cable from end to end would swerve towards the camera or away from it, beyond noise.
@@ -188,6 +212,12 @@ class EndEvidence:
         colours = sample_cables(image, self._points, self.graph.spans, ends, self.width)
         return compare_pairs(*colours, numbers.reshape(pairs.shape))
 
+    def instance_signs(self, pairs: _Ints) -> FloatArray:
+        """Return 1 for pairs of ends (k, 2) of one labelled object, -1 for those of two, 0 where that is unknown."""
+        one, other = self._labels[pairs].T
+        signs: FloatArray = np.where(one == other, 1.0, -1.0) * ((one > 0) & (other > 0))
+        return signs
+
     def across(self, pairs: _Ints) -> FloatArray:
         """Return what lies between pairs of ends.
 
@@ -220,6 +250,12 @@ class EndEvidence:
                 colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)
                 look_across(image, self._mask, numbers, asked, ways, steps, *colours, width, told)
         return measure_ways(self._states, pairs, steps, told, width)
+
+    @cached_property
+    def _labels(self) -> _Ints:
+        """Label before each end, shape (2 n,); 0 where none is seen."""
+        assert self.frame.labels is not None
+        return label_ends(self.frame.labels[self._window], self._points, self.graph.spans, self.width)
 
     @cached_property
     def _depths(self) -> FloatArray | None:

@@ -11,7 +11,7 @@ from dloftbs.data.graph import UNAVAILABLE, Graph, branch_of, ends_of, is_start,
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence import EndEvidence
 from dloftbs.kernels.tracing import measure_radius
-from dloftbs.linking.joint_evidence import add_evidence
+from dloftbs.linking.joint_evidence import add_evidence, are_shared
 from dloftbs.linking.kernels import branch_overlap, end_matching
 from dloftbs.linking.kernels.hidden_gaps import match_with_hiding
 from dloftbs.linking.kernels.joint_features import OPEN_JUNCTION, prices
@@ -31,6 +31,13 @@ UNCLEAR = 2.2
 """Difference of cost below which a pair of ends that stays open counts as nearly joined, nats.
 
 Source: by definition; the odds against such a gap are nine to one, e to the power of 2.2.
+"""
+
+INSTANCE = (2.2, 0.7)
+"""Discount of a joint of two ends that are labelled as one object, and cost of one of two, nats.
+
+Source: measured; tools cut cables where others lie across. Labels that are all cut there make .467 of 120 frames of
+recorded motion right, and none .425; at a cost of 2.2 no more than that. Labels without a mistake make .492, and .5.
 """
 
 _CHORD_REACH_PX = 4
@@ -98,11 +105,18 @@ def match_ends(
     ends = list_ends(graph, duplicates, partial)
     points, radius, spans = _own_points(graph, duplicates, partial, reach)
     more = max(UNCLEAR, 0.0 if prior is None else PRIOR_BONUS)
+    if evidence is not None and evidence.has_labels:
+        more += INSTANCE[0]
     rows, columns, joints, opens = list_joints(graph, ends, max_gap_widths, evidence, more)
     if prior is not None and prior.knows_of_cuts and len(rows):
         keep = ~prior.are_apart(ends.states, rows, columns)
         rows, columns, joints = rows[keep], columns[keep], joints[keep]
     costs, open_cost = prices(joints, JOINT), prices(opens, OPEN)
+    if evidence is not None and evidence.has_labels:
+        pairs = np.stack((rows, columns), axis=1)
+        known = ~are_shared(ends.ids)[pairs].any(axis=1)  # the label there is of the one on top
+        signs = known * evidence.instance_signs(ends.ids[pairs])
+        costs = costs - np.where(signs > 0.0, *INSTANCE) * signs
     bonus = np.zeros(len(rows))
     if prior is not None and len(rows):
         bonus = PRIOR_BONUS * prior.continuity(ends.states, rows, columns)
@@ -127,7 +141,7 @@ def match_ends(
     matching = EndMatching(
         branches,
         partner.tolist(),
-        cost.tolist(),
+        np.maximum(cost, 0.0).tolist(),
         margin.tolist(),
         alternative.tolist(),
         _near_joints(rows, columns, lacking, ends.nodes),

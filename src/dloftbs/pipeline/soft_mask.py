@@ -32,6 +32,8 @@ def readings_of(soft: npt.NDArray[np.uint8]) -> Iterator[tuple[int, AnyArray]]:
     """
     sure = soft >= HALF
     yield HALF, sure
+    if not sure.any():
+        return
     for limit in _LIMITS[1:]:
         count, parts = cv2.connectedComponents((soft >= limit).view(np.uint8), connectivity=8)
         is_cable = np.zeros(count, np.bool_)

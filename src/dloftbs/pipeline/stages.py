@@ -19,6 +19,7 @@ from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_region import Region
 from dloftbs.data.graph import Graph
+from dloftbs.data.instance_labels import as_labels
 from dloftbs.data.mask_crop import MaskCrop, Skeleton
 from dloftbs.data.prediction import Prediction
 from dloftbs.data.prompt import Prompt
@@ -37,7 +38,7 @@ from dloftbs.published import Walks, close, link_segments, make_segments, walk
 from dloftbs.segmentation import FrameSegmenter
 from dloftbs.skeleton import build_graph, skeletonize
 from dloftbs.support.arrays import AnyArray
-from dloftbs.support.mask_values import as_probability, is_probability
+from dloftbs.support.mask_values import as_probability, holds_labels, is_probability
 
 
 @dataclass(frozen=True)
@@ -86,21 +87,23 @@ class _Linked(NamedTuple):
 
 
 class _Given(NamedTuple):
-    """The mask of a frame, the probability that it is, if it is one, and whether that is said by its values alone."""
+    """The mask of a frame, what it is besides, if it is that, and whether its values alone say that it is soft."""
 
     mask: AnyArray
     soft: npt.NDArray[np.uint8] | None
+    labels: npt.NDArray[np.uint16] | None
     is_taken_for_soft: bool
 
 
 class _Task(NamedTuple):
-    """A frame, how it is to be read, the probability that its mask is, if it is one, and the clock of the stages."""
+    """A frame, how it is to be read, what its mask is besides, and the clock of the stages."""
 
     frame: Frame
     config: Config
     region: Region | None
     predicted: Sequence[Prediction]
     soft: npt.NDArray[np.uint8] | None
+    labels: npt.NDArray[np.uint16] | None
     clock: _Clock
 
     def share_of(self, mask: AnyArray) -> float:
@@ -159,10 +162,10 @@ def run_stages(
         As `Pipeline.process`.
     """
     clock = _Clock()
-    mask, soft, is_taken_for_soft = _given(frame, segmenter, config, prompt)
+    mask, soft, labels, is_taken_for_soft = _given(frame, segmenter, config, prompt)
     if region is not None:
         mask, soft = region.clear_outside(mask), None if soft is None else region.clear_outside(soft)
-    task = _Task(frame, config, region, predicted, soft, clock)
+    task = _Task(frame, config, region, predicted, soft, labels, clock)
     readings = iter([(HALF, mask)]) if soft is None else readings_of(soft)
     limit, part = next(readings)
     share = task.share_of(part)
@@ -198,7 +201,7 @@ def run_stages(
 
 def _read(mask: AnyArray, limit: int, task: _Task) -> _Reading:
     """Find the objects of a mask, which of a probability is what is not below a limit."""
-    frame, config, region, predicted, soft, clock = task
+    frame, config, region, predicted, soft, _, clock = task
     run = StageRun(mask, task.share_of(mask), clock.stage_ms)
     refusal = task.refusal_of(mask)
     if refusal is not None:
@@ -249,13 +252,13 @@ def _link_as_published(
 
 def _link_by_bending(crop: MaskCrop, skeleton: Skeleton, linking: LinkingConfig, task: _Task) -> _Linked:
     """Link the branches by the default method."""
-    frame, config, _, predicted, soft, clock = task
+    frame, config, _, predicted, soft, labels, clock = task
     graph, found = build_graph(crop, skeleton, config.segments.max_segments)
     clock.lap("segments")
     if graph is None:
         return _Linked([], too_many(found, config.segments.max_segments))
     prior = TemporalPrior(predicted, crop, graph.width) if predicted else None
-    evidence = EvidenceMap.of(frame, crop, config.lifting, soft)
+    evidence = EvidenceMap.of(frame, crop, config.lifting, soft, labels)
     linked = link(crop, graph, linking, evidence, prior)
     return _Linked(linked.centerlines, graph=graph)
 
@@ -273,6 +276,8 @@ def _given(frame: Frame, segmenter: FrameSegmenter | None, config: Config, promp
     if kind == "auto":
         kind = config.segmentation.mask_is
     is_soft = is_probability(mask) if kind == "auto" else kind == "probability"
-    return _Given(
-        mask, as_probability(mask) if is_soft else None, is_soft and kind == "auto" and mask.dtype.kind != "f"
-    )
+    labels = frame.instances
+    if labels is None and not is_soft and (kind == "labels" or (kind == "auto" and holds_labels(mask))):
+        labels = as_labels(mask)
+    is_taken_for_soft = is_soft and kind == "auto" and mask.dtype.kind != "f"
+    return _Given(mask, as_probability(mask) if is_soft else None, labels, is_taken_for_soft)

@@ -155,7 +155,7 @@ def _is_cable(mask: AnyArray) -> npt.NDArray[np.bool_]:
 def _checked(mask: AnyArray, size: tuple[int, int]) -> AnyArray:
     if mask is None:
         raise InputError("the segmenter returned None; it must return a mask (H, W)")
-    mask = check_mask(mask)
+    mask = check_mask(mask, may_be_soft=True)
     if mask.shape != size:
         raise InputError(f"the segmenter's mask must have the frame's size {size}, got {mask.shape}")
     return mask

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -25,6 +26,8 @@ from dloftbs.support.values import check_size, shown
 
 ANNOTATION_SUFFIXES = (".json", ".txt")
 """Of files that hold the masks of a frame as polygons or run lengths."""
+_WIDTH = re.compile(r"width_px=(\d{1,4}(?:\.\d{1,6})?)")
+"""Description of a line that is as wide as an object."""
 _BOX_VALUES = 5
 """Values of a line that holds a box: class, centre, width, height.
 
@@ -54,6 +57,7 @@ class _Shape(msgspec.Struct):
     label: int | float | str | None = None
     group_id: int | float | str | None = None
     mask: str | None = None
+    description: str | None = None
 
 
 class _Document(msgspec.Struct, rename={"height": "imageHeight", "width": "imageWidth"}):
@@ -236,15 +240,19 @@ def _of_shapes(shapes: Sequence[_Shape], size: Size, path: Path) -> Iterator[Any
     groups: dict[object, list[_Shape]] = {}
     for number, shape in enumerate(shapes):
         kind = shape.shape_type or "polygon"
-        if kind in ("polygon", "mask"):
+        if kind in ("polygon", "mask") or _width_of(shape) is not None:
             key = number if shape.group_id is None else (shape.label, shape.group_id)
             groups.setdefault(key, []).append(shape)
         else:
-            logger.warning("%s: left out the %s %r: only polygons and masks have an area", path, kind, shape.label)
+            what = "only polygons, masks, and lines that are described by width_px=... have an area"
+            logger.warning("%s: left out the %s %r: %s", path, kind, shape.label, what)
     for group in groups.values():
         canvas = np.zeros(size, np.uint8)
         for shape in group:
-            if shape.shape_type == "mask":
+            width = _width_of(shape)
+            if width is not None:
+                _draw(canvas, shape.points, width)
+            elif shape.shape_type == "mask":
                 _paste(canvas, shape)
             else:
                 _fill(canvas, shape.points)
@@ -253,15 +261,35 @@ def _of_shapes(shapes: Sequence[_Shape], size: Size, path: Path) -> Iterator[Any
 
 def _fill(canvas: AnyArray, polygon: Any) -> None:
     """Set the pixels of a polygon, [x, y, x, y, ...] or [[x, y], ...]."""
-    try:
-        points = np.array(polygon, np.float64).reshape(-1, 2)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"a polygon must be pairs of numbers, got {shown(polygon)}") from error
-    if len(points) < 3 or not (np.abs(points) <= MAX_PIXELS).all():
-        raise InputError(f"a polygon must have three corners or more, in pixels, got {shown(polygon)}")
+    points = _points_of("a polygon", polygon, 3)
     import cv2
 
     cv2.fillPoly(canvas, [np.rint(points).astype(np.int32)], 1)
+
+
+def _draw(canvas: AnyArray, line: Any, width: float) -> None:
+    """Set the pixels of a line [[x, y], ...] of a width, px."""
+    points = _points_of("a linestrip", line, 2)
+    import cv2
+
+    cv2.polylines(canvas, [np.rint(points).astype(np.int32)], False, 1, max(round(width), 1))
+
+
+def _points_of(what: str, given: Any, least: int) -> AnyArray:
+    try:
+        points = np.array(given, np.float64).reshape(-1, 2)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{what} must be pairs of numbers, got {shown(given)}") from error
+    if len(points) < least or not (np.abs(points) <= MAX_PIXELS).all():
+        number = {2: "two points", 3: "three corners"}[least]
+        raise InputError(f"{what} must have {number} or more, in pixels, got {shown(given)}")
+    return points
+
+
+def _width_of(shape: _Shape) -> float | None:
+    """Return the width of a line, px, as `sinks.LabelmeSink` describes it; None of all else."""
+    found = _WIDTH.fullmatch(shape.description or "") if shape.shape_type == "linestrip" else None
+    return None if found is None else float(found[1])
 
 
 def _paste(canvas: AnyArray, shape: _Shape) -> None:

@@ -143,8 +143,8 @@ def looks_like_image(array: AnyArray) -> bool:
     return 1 not in (array.shape[0], array.shape[2]) or (array.shape[2] == 3 and array.dtype == np.uint8)
 
 
-def check_mask(mask: npt.ArrayLike, name: str = "mask") -> AnyArray:
-    """Return a mask as an array (H, W) of bool or integers; one of cables may be a floating-point probability, too.
+def check_mask(mask: npt.ArrayLike, name: str = "mask", *, may_be_soft: bool = False) -> AnyArray:
+    """Return a mask as an array (H, W) of bool or integers; if it may be soft, it may be a probability in 0..1, too.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def check_mask(mask: npt.ArrayLike, name: str = "mask") -> AnyArray:
         If it has another shape or type, or a probability is not in 0..1.
     """
     array = _as_plane(name, mask)
-    if array.dtype.kind == "f" and name == "mask":
+    if array.dtype.kind == "f" and may_be_soft:
         _check_probability(array)
     elif array.dtype.kind not in "biu":
         remedy = f"; threshold it first: {name} > 0.5" if array.dtype.kind == "f" else ""

@@ -23,6 +23,11 @@ _MAX_LEVELS = 32
 
 Source: by hand; as of an image in indexed colour, whose labels are 21 and a border where there are most.
 """
+_BORDER = 255
+"""Number of what belongs to no object in label images.
+
+Source: published; as of VOC.
+"""
 _BETWEEN = slice(32, 224)
 """Values that are neither cable nor ground for sure, of 256.
 
@@ -47,6 +52,16 @@ def is_probability(mask: AnyArray) -> bool:
     counts = cv2.calcHist([np.ascontiguousarray(mask)], [0], None, [256], [0.0, 256.0])
     between = float(counts[_BETWEEN].sum())
     return int(np.count_nonzero(counts)) > _MAX_LEVELS and between <= _MAX_BETWEEN * mask.size
+
+
+def holds_labels(mask: AnyArray) -> bool:
+    """Return whether a mask has small numbers of two objects or more, and besides them at most 255, as borders have."""
+    some = mask[::GRID_PX, ::GRID_PX] if mask.size > SMALL_PX else mask
+    if mask.dtype.kind not in "iu" or some.size == 0 or int(some.min()) < 0 or int(some.max()) > _BORDER:
+        return False
+    levels = np.flatnonzero(np.bincount(some.ravel().astype(np.intp)))
+    levels = levels[(levels > 0) & (levels < _BORDER)]
+    return len(levels) > 1 and int(levels[-1]) <= _MAX_LEVELS
 
 
 def as_probability(mask: AnyArray) -> npt.NDArray[np.uint8]:
