@@ -277,8 +277,8 @@ def _warned(run: StageRun, frame: Frame) -> bool:
     elif run.is_taken_for_soft:
         what = f" of {frame.name}" if frame.name else ""
         _log.warning(
-            "the mask%s has many grey values, and is read as a probability; mask_is='probability' says so, and "
-            "mask_is='binary' makes cable of all that is not 0",
+            "the mask%s has many grey values, and is read as a probability: mask_is (--mask-is) says so, or that it is "
+            "binary, and any non-zero cable",
             what,
         )
     return doubt is not None or run.is_taken_for_soft
