@@ -20,7 +20,8 @@ from scipy.optimize import linear_sum_assignment
 
 from benchmarks.fit_linking.confidence import fit_log_odds
 from benchmarks.soft_masks.pixel_network import train
-from dloftbs import Detection, Frame, Pipeline
+from dloftbs import Centerline, Detection, Frame, Pipeline
+from dloftbs.kernels.shared.soft_masks import AHEAD_WIDTHS, ASIDE_WIDTHS
 from dloftbs.linking import soft_end_weights
 from dloftbs.linking.kernels.soft_borders import least_ahead
 from dloftbs.pipeline.soft_mask import SURE, readings_of
@@ -52,10 +53,11 @@ _PAGE = """# Masks that are probabilities
 For maintainers; [files](files.md) says how they are given. Made by `python -m benchmarks.soft_masks`.
 
 A mask that is a probability is read at one half, a quarter, an eighth and a sixteenth, each time of the parts that
-somewhere reach one half, until the mean confidence of the objects is {sure:g}; the reading with the highest mean is
-kept. A gap of the mask that is a sixteenth or more is seen as cable, and an end ahead of which the probability is p,
-not 0, goes on with log-odds of {none:.2f} {per_log:+.2f} log(p + 1/256), which lowers the confidence of its object and
-so of its reading. Widths are those at half of the value along the cable.
+somewhere reach one half, until the mean confidence of the objects is {sure:g}, or a sixteenth lies ahead of no end; the
+reading with the highest mean is kept. A gap of the mask along which a sixteenth or more is a ridge is seen as cable,
+and so is an end with a ridge p ahead, beyond what its own soft border has there: it goes on with log-odds of
+{none:.2f} {per_log:+.2f} log(p + 1/256), which lowers the confidence of its object and so of its reading. Widths are
+those at half of the value along the cable.
 
 | source | what | ends with something ahead | of them go on | stated | stated, left out | error, left out |
 | --- | --- | ---: | ---: | ---: | ---: | ---: |
@@ -150,12 +152,21 @@ def list_ends(picture: Picture) -> Iterator[End]:
             on = [int(np.sum(drawn & cable)) for cable in picture.cables]
             if line.closed or max(on) < _MIN_ON * np.sum(drawn):
                 continue
-            cable = picture.cables[int(np.argmax(on))].astype(np.uint8)
+            cable = picture.cables[int(np.argmax(on))]
             for at_end in (False, True):
                 value = least_ahead(line.points, at_end, picture.soft, line.width_px, limit)
-                if value >= 1:  # of a mask of 0 and 1, with 2 as the limit, the least is 1 where it goes on
-                    goes_on = least_ahead(line.points, at_end, cable, line.width_px, 2) == 1
-                    yield End(picture.source, value, goes_on)
+                if value >= 1:
+                    yield End(picture.source, value, _goes_on(line, at_end, cable))
+
+
+def _goes_on(line: Centerline, at_end: bool, cable: npt.NDArray[np.bool_]) -> bool:
+    """Return whether the pixels of a cable lie across each place ahead of an end."""
+    points = line.points[::-1] if at_end else line.points
+    ahead = points[0] - points[min(int(np.ceil(AHEAD_WIDTHS[-1] * line.width_px)), len(points) - 1)]
+    ahead = ahead / np.linalg.norm(ahead) * line.width_px
+    along, aside = np.array(AHEAD_WIDTHS)[:, None, None], np.array(ASIDE_WIDTHS)[:, None]
+    x, y = np.floor(points[0] + along * ahead + aside * np.array([-ahead[1], ahead[0]]) + 0.5).astype(int).T
+    return bool(cable[y, x].any(axis=0).all())
 
 
 def fit_ends(ends: Sequence[End]) -> Floats:

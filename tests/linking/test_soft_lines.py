@@ -32,7 +32,8 @@ def test_the_more_is_seen_ahead_the_more_probably_a_cable_goes_on() -> None:
 
 class TestEnds:
     def test_what_is_seen_ahead_is_a_near_joint(self) -> None:
-        (found,) = with_ends_that_go_on([line()], ahead(40), 64)
+        (found,), is_more = with_ends_that_go_on([line()], ahead(40), 64)
+        assert is_more
         (near,) = found.near_joints
         assert (near.u, near.confidence) == (1.0, goes_on(40))
         assert near.point == pytest.approx((114.0, 30.0))
@@ -41,17 +42,25 @@ class TestEnds:
 
     def test_nothing_ahead_says_nothing(self) -> None:
         for soft in (ahead(0), ahead(90)):  # and what is above the limit is another object's
-            (found,) = with_ends_that_go_on([line()], soft, 64)
+            (found,), is_more = with_ends_that_go_on([line()], soft, 64)
             assert found.near_joints == ()
+            assert not is_more
 
     def test_the_surer_of_two_ways_on_is_kept(self) -> None:
         for confidence, kept in ((0.99, (150.0, 20.0)), (0.2, (114.0, 30.0))):
             near = (NearJoint(0.0, (10.0, 30.0), 0.1), NearJoint(1.0, (150.0, 20.0), confidence))
-            (found,) = with_ends_that_go_on([line(near=near)], ahead(40), 64)
+            ((found,), _) = with_ends_that_go_on([line(near=near)], ahead(40), 64)
             assert [one.point for one in found.near_joints] == [(10.0, 30.0), pytest.approx(kept)]
 
     def test_a_loop_has_no_ends(self) -> None:
-        assert with_ends_that_go_on([line(closed=True)], ahead(40), 64)[0].near_joints == ()
+        (found,), is_more = with_ends_that_go_on([line(closed=True)], ahead(40), 64)
+        assert found.near_joints == ()
+        assert not is_more
+
+    def test_what_is_too_faint_for_any_limit_is_no_reason_to_read_on(self) -> None:
+        (found,), is_more = with_ends_that_go_on([line()], ahead(10), 64)
+        assert found.near_joints
+        assert not is_more
 
 
 class TestWidths:

@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.data.centerline import Centerline, NearJoint
-from dloftbs.kernels.shared.soft_masks import AHEAD_WIDTHS
+from dloftbs.kernels.shared.soft_masks import AHEAD_WIDTHS, LEAST_PROBABLE
 from dloftbs.linking.kernels.soft_borders import least_ahead, soft_width
 from dloftbs.linking.soft_end_weights import GOES_ON
 
 _Plane = npt.NDArray[np.uint8]
 
 
-def with_ends_that_go_on(lines: Sequence[Centerline], soft: _Plane, limit: int) -> list[Centerline]:
+def with_ends_that_go_on(lines: Sequence[Centerline], soft: _Plane, limit: int) -> tuple[list[Centerline], bool]:
     """Return centre lines with near joints where the probability shows more of the cable ahead of an end.
 
     Parameters
@@ -26,8 +26,27 @@ def with_ends_that_go_on(lines: Sequence[Centerline], soft: _Plane, limit: int) 
     soft : numpy.ndarray, shape (H, W), uint8
         The probability, of 256.
     limit : int
+
+    Returns
+    -------
+    lines : list of Centerline
+    is_more : bool
+        Whether a lower limit has more to show: something somewhat probable lies ahead of an end.
     """
-    return [line if line.closed else line._with_near_joints(_near_joints(line, soft, limit)) for line in lines]
+    found, is_more = [], False
+    for line in lines:
+        ahead = (
+            ()
+            if line.closed
+            else tuple(
+                (u, value)
+                for u in (0.0, 1.0)
+                if (value := least_ahead(line.points, u == 1.0, soft, line.width_px, limit)) > 0
+            )
+        )
+        is_more = is_more or any(value >= LEAST_PROBABLE for _, value in ahead)
+        found.append(line._with_near_joints(_near_joints(line, ahead)) if ahead else line)
+    return found, is_more
 
 
 def with_soft_widths(lines: Sequence[Centerline], soft: _Plane) -> list[Centerline]:
@@ -48,19 +67,16 @@ def goes_on(value: int) -> float:
     return 1.0 / (1.0 + math.exp(-(base + per_log * math.log((value + 1) / 256.0))))
 
 
-def _near_joints(line: Centerline, soft: _Plane, limit: int) -> tuple[NearJoint, ...]:
-    """Return the most probable place where each end goes on: across a gap, or where the probability shows it."""
+def _near_joints(line: Centerline, ahead: Sequence[tuple[float, int]]) -> tuple[NearJoint, ...]:
+    """Return the most probable place where each end goes on: across a gap, or where values lie ahead of ends."""
     surest = {near.u: near for near in line.near_joints}
     points, reach = line.points, AHEAD_WIDTHS[-1] * line.width_px
-    for u in (0.0, 1.0):
-        value = least_ahead(points, u == 1.0, soft, line.width_px, limit)
-        if value < 1:
-            continue
+    for u, value in ahead:
         confidence = goes_on(value)
         if u not in surest or confidence > surest[u].confidence:
             tip, other = (-1, -1 - math.ceil(reach)) if u == 1.0 else (0, math.ceil(reach))
             other = min(max(other, -len(points)), len(points) - 1)
-            ahead = points[tip] - points[other]
-            x, y = (points[tip] + ahead / np.hypot(*ahead) * reach).tolist()
+            way = points[tip] - points[other]
+            x, y = (points[tip] + way / np.hypot(*way) * reach).tolist()
             surest[u] = NearJoint(u, (x, y), confidence)
     return tuple(surest[u] for u in sorted(surest))

@@ -20,7 +20,7 @@ Source: by definition; each halves the one before.
 SURE = 0.9
 """Mean confidence of objects from which on no further reading is tried.
 
-Source: by definition; nine in ten are whole cables. From .8 to 1 the results hardly differ (docs/soft-masks.md).
+Source: by definition; nine in ten are whole cables.
 """
 
 

@@ -118,10 +118,11 @@ class _Task(NamedTuple):
 
 
 class _Reading(NamedTuple):
-    """Objects of a mask, as far as they are centre lines, and the stages that found them."""
+    """Objects of a mask, as far as they are centre lines, the stages that found them, and if a probability has more."""
 
     run: StageRun
     lines: list[Centerline]
+    is_more: bool = False
 
 
 def kernel_rooms(config: Config, frame: Frame) -> tuple[str, ...]:
@@ -174,12 +175,11 @@ def run_stages(
     if failure is not None:
         run = StageRun(part, share, clock.stage_ms, reason=failure, has_failed=True)
         return replace(run, is_taken_for_soft=is_taken_for_soft)
-    best = _read(part, limit, task)
-    for limit, part in readings:
-        if sureness(best.lines) >= SURE or not isinstance(config.linking, LinkingConfig):
-            break
+    best = last = _read(part, limit, task)
+    while last.is_more and sureness(best.lines) < SURE and (lower := next(readings, None)) is not None:
         clock.lap("segmentation")
-        best = max(best, _read(part, limit, task), key=lambda reading: sureness(reading.lines))
+        last = _read(lower[1], lower[0], task)
+        best = max(best, last, key=lambda reading: sureness(reading.lines))
     run, lines = replace(best.run, share=share, is_taken_for_soft=is_taken_for_soft), best.lines
     if not lines:
         return run
@@ -212,12 +212,14 @@ def _read(mask: AnyArray, limit: int, task: _Task) -> _Reading:
         return _Reading(replace(run, reason=why_nothing_is_left(mask, config, frame)), [])
     skeleton = skeletonize(crop)
     clock.lap("skeleton")
+    is_more = False
     if isinstance(config.linking, GreedyLinkingConfig):
         linked = _link_as_published(crop, skeleton, config.linking, config.segments.max_segments, clock)
     else:
         linked = _link_by_bending(crop, skeleton, config.linking, task)
         if soft is not None:
-            linked = linked._replace(lines=with_ends_that_go_on(linked.lines, soft, limit))
+            own, is_more = with_ends_that_go_on(linked.lines, soft, limit)
+            linked = linked._replace(lines=own)
     lines, dropped = choose(linked.lines, config.linking, predicted)
     clock.lap("linking")
     reason = None if lines else linked.reason or why_too_short(config.linking)
@@ -230,7 +232,7 @@ def _read(mask: AnyArray, limit: int, task: _Task) -> _Reading:
         dropped=dropped,
         reason=reason,
     )
-    return _Reading(run, lines)
+    return _Reading(run, lines, is_more)
 
 
 def _link_as_published(

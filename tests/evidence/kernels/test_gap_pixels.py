@@ -132,13 +132,19 @@ def test_places_that_are_somewhat_probable_are_those_of_the_literal_twin(seed: i
         x, y, dx, dy = ways[p, k]
         near = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
         on_mask = any(pixel(mask, x + across, y + down) for across, down in near)
-        seen = [pixel(soft, x - a * width * dy, y + a * width * dx) for a in (-0.4, -0.2, 0.0, 0.2, 0.4)]
-        if 0 < k < steps[p] and told[p, k] == 0 and not on_mask and max(seen) >= 16:
+        places = [(x - a * width * dy, y + a * width * dx) for a in (-0.4, -0.2, 0.0, 0.2, 0.4)]
+        seen = max(pixel(soft, *place) for place in places)
+        beside = max(pixel(soft, x - a * width * dy, y + a * width * dx) for a in (-1.0, 1.0))
+        is_ridge = all(within(soft, *place) for place in places) and seen > beside
+        if 0 < k < steps[p] and told[p, k] == 0 and not on_mask and is_ridge and seen >= 16:
             expected[p, k] = IS_CABLE
     mark_probable(soft, mask, ways, steps, width, told)
     np.testing.assert_array_equal(told, expected)
 
 
+def within(pixels: np.ndarray, x: float, y: float) -> bool:
+    return -0.5 <= y < pixels.shape[0] - 0.5 and -0.5 <= x < pixels.shape[1] - 0.5
+
+
 def pixel(pixels: np.ndarray, x: float, y: float) -> int:
-    column, row = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
-    return int(pixels[row, column]) if 0 <= row < pixels.shape[0] and 0 <= column < pixels.shape[1] else 0
+    return int(pixels[int(np.floor(y + 0.5)), int(np.floor(x + 0.5))]) if within(pixels, x, y) else 0

@@ -24,22 +24,38 @@ def line_of(start: tuple[float, float], stop: tuple[float, float]) -> Points:
     return np.linspace(start, stop, count)
 
 
+def slow_ridge(soft: np.ndarray, place: np.ndarray, way: np.ndarray, width: float) -> int:
+    """Return the largest value across a place, 0 where there is as much beside it, and -1 off the image."""
+
+    def value(aside: float) -> int | None:
+        x, y = np.floor(place + aside * width * np.array([-way[1], way[0]]) + 0.5).astype(int)
+        return int(soft[y, x]) if 0 <= y < soft.shape[0] and 0 <= x < soft.shape[1] else None
+
+    across = [value(aside) for aside in (-0.4, -0.2, 0.0, 0.2, 0.4)]
+    if None in across:
+        return -1
+    most = max(across)
+    return 0 if any((value(aside) or 0) >= most for aside in (-1.0, 1.0)) else most
+
+
 def slowly_ahead(points: Points, at_end: bool, soft: np.ndarray, width: float, limit: int) -> int:
     own = points[::-1] if at_end else points
-    ahead = own[0] - own[min(math.ceil(1.5 * width), len(own) - 1)]
-    if not ahead.any():
+    back = own[min(math.ceil(1.5 * width), len(own) - 1)]
+    way = own[0] - back
+    if not way.any():
         return -1
-    ahead = ahead / np.hypot(*ahead) * width
+    way = way / np.hypot(*way)
     found = []
     for along in (1.0, 1.25, 1.5):
-        values = []
-        for aside in (-0.4, -0.2, 0.0, 0.2, 0.4):
-            x, y = np.floor(own[0] + along * ahead + aside * np.array([-ahead[1], ahead[0]]) + 0.5).astype(int)
-            if not (0 <= y < soft.shape[0] and 0 <= x < soft.shape[1]):
-                return -1
-            values.append(int(soft[y, x]))
-        found.append(max((value for value in values if value < limit), default=-1))
-    return min(found)
+        most = slow_ridge(soft, own[0] + along * width * way, way, width)
+        if most < 0:
+            return -1
+        if most >= limit:
+            continue
+        sides = [back + side * (along + 0.5) * width * np.array([-way[1], way[0]]) for side in (-1.0, 1.0)]
+        border = min(map_coordinates(soft.astype(float), ([y], [x]), order=1, mode="nearest")[0] for x, y in sides)
+        found.append(max(most - round(border), 0))
+    return min(found, default=-1)
 
 
 def slow_width(points: Points, soft: np.ndarray, width: float) -> float:
@@ -105,6 +121,20 @@ def test_an_end_at_the_border_or_on_another_cable_has_nothing_ahead() -> None:
     points = line_of((20.0, 60.0), (100.0, 60.0))
     assert least_ahead(points, True, soft, 8.0, 32) == 0
     assert least_ahead(points[:12], False, soft, 14.0, 32) == -1
-    soft[:, 106:] = 200
+    soft[57:64, 106:] = 200
     assert least_ahead(points, True, soft, 8.0, 32) == -1
     assert least_ahead(points, True, soft, 8.0, 255) == 200
+
+
+def test_the_soft_border_of_an_end_or_of_a_cable_beside_it_is_nothing_ahead() -> None:
+    mask = np.zeros(SIZE, np.uint8)
+    cv2.line(mask, (20, 60), (100, 60), 255, 9)
+    blurred = cv2.GaussianBlur(mask, None, 6.0)
+    points = line_of((20.0, 60.0), (100.0, 60.0))
+    assert blurred[60, 110] > 16
+    assert least_ahead(points, True, blurred, 9.0, 128) < 6
+    beside = np.zeros(SIZE, np.uint8)
+    cv2.line(beside, (20, 76), (190, 76), 255, 9)
+    both = np.maximum(blurred, cv2.GaussianBlur(beside, None, 6.0))
+    assert both[60, 112] > 10
+    assert least_ahead(points, True, both, 9.0, 128) == 0

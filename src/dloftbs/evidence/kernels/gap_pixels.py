@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 from numba import float64, int64, uint8
@@ -26,7 +24,7 @@ from dloftbs.evidence.kernels.colours import (
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y
-from dloftbs.kernels.shared.soft_masks import ASIDE_WIDTHS, LEAST_PROBABLE
+from dloftbs.kernels.shared.soft_masks import LEAST_PROBABLE, ridge_at
 
 IS_GROUND, IS_CABLE, IS_NEITHER = 1, 2, 3
 """Codes of the places of a way; 0 is unknown.
@@ -332,7 +330,7 @@ def mark_probable(
     width: float,
     told: npt.NDArray[np.uint8],
 ) -> None:
-    """Mark the places of the ways between ends, beside the mask, that are somewhat probably cable.
+    """Mark the places of the ways between ends, beside the mask, where there is a ridge of what is somewhat probable.
 
     Parameters
     ----------
@@ -351,11 +349,8 @@ def mark_probable(
             x, y, dx, dy = ways[p, k]
             if told[p, k] != 0 or is_on_mask(mask, x, y, CLEAR_PX):
                 continue
-            for aside in ASIDE_WIDTHS:
-                row, column = math.floor(y + aside * width * dx + 0.5), math.floor(x - aside * width * dy + 0.5)
-                inside = 0 <= row < soft.shape[0] and 0 <= column < soft.shape[1]
-                if inside and soft[row, column] >= LEAST_PROBABLE:
-                    told[p, k] = IS_CABLE
+            if ridge_at(soft, x, y, dx, dy, width) >= LEAST_PROBABLE:
+                told[p, k] = IS_CABLE
 
 
 @kernel(read(float64, 2), read(int64, 2), read(int64, 1), read(uint8, 2), float64)

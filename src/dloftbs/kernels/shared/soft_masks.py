@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.kernels.compiler import helper
+
 HALF = 128
 """Least value of what is rather cable than not, of 256.
 
@@ -25,3 +32,35 @@ ASIDE_WIDTHS = (-0.4, -0.2, 0.0, 0.2, 0.4)
 
 Source: geometry; the pixels of a cable that lies there.
 """
+
+_BESIDE_WIDTHS = 1.0
+"""Distance to either side of such a place where there is less if a cable lies there, widths.
+
+Source: geometry; beyond its edge by half a width. On the soft border of another cable there is more on one side.
+"""
+
+
+@helper
+def ridge_at(soft: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, width: float) -> int:
+    """Return the largest value across a place of a way, if there is less on either side; else 0, and -1 off the image.
+
+    Parameters
+    ----------
+    soft : (h, w) uint8
+        Probability, of 256.
+    x, y, dx, dy : float
+        The place, and the direction of the way.
+    width : float
+        px.
+    """
+    most = -1
+    for aside in ASIDE_WIDTHS:
+        row, column = math.floor(y + aside * width * dx + 0.5), math.floor(x - aside * width * dy + 0.5)
+        if not (0 <= row < soft.shape[0] and 0 <= column < soft.shape[1]):
+            return -1
+        most = max(most, int(soft[row, column]))
+    for aside in (-_BESIDE_WIDTHS, _BESIDE_WIDTHS):
+        row, column = math.floor(y + aside * width * dx + 0.5), math.floor(x - aside * width * dy + 0.5)
+        if 0 <= row < soft.shape[0] and 0 <= column < soft.shape[1] and int(soft[row, column]) >= most:
+            return 0
+    return most

@@ -9,7 +9,19 @@ import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
-from dloftbs.kernels.shared.soft_masks import AHEAD_WIDTHS, ASIDE_WIDTHS
+from dloftbs.kernels.shared.soft_masks import AHEAD_WIDTHS, ridge_at
+
+
+@helper
+def _interpolated(soft: npt.NDArray[np.uint8], x: float, y: float) -> float:
+    """Return the probability between four pixels; beyond the border as on it."""
+    x, y = min(max(x, 0.0), soft.shape[1] - 1.0), min(max(y, 0.0), soft.shape[0] - 1.0)
+    column, row = int(x), int(y)
+    right, below = min(column + 1, soft.shape[1] - 1), min(row + 1, soft.shape[0] - 1)
+    u, v = x - column, y - row
+    upper = (1.0 - u) * soft[row, column] + u * soft[row, right]
+    lower = (1.0 - u) * soft[below, column] + u * soft[below, right]
+    return float((1.0 - v) * upper + v * lower)
 
 
 @helper
@@ -23,7 +35,9 @@ def _tip_and_back(points: npt.NDArray[np.float64], at_end: bool, back: int) -> t
 def least_ahead(
     points: npt.NDArray[np.float64], at_end: bool, soft: npt.NDArray[np.uint8], width: float, limit: int
 ) -> int:
-    """Return the value that is nowhere missing ahead of an end; -1 where another object or the border lies there.
+    """Return the value that is nowhere missing ahead of an end, beyond what its soft border has there.
+
+    That is what lies as far beside the cable as the place ahead lies beyond its end, on the side that has less.
 
     Parameters
     ----------
@@ -41,39 +55,30 @@ def least_ahead(
     Returns
     -------
     int
-        Of the values below the limit across each place ahead the largest, and of these the least.
+        Of the values below the limit across each place ahead the largest, less the border's, and of these the least; -1
+        where another object or the image's border lies there.
     """
     tip, other = _tip_and_back(points, at_end, math.ceil(AHEAD_WIDTHS[-1] * width))
     dx, dy = points[tip, 0] - points[other, 0], points[tip, 1] - points[other, 1]
     length = math.sqrt(dx * dx + dy * dy)
     if length == 0.0:
         return -1
-    dx, dy = dx / length * width, dy / length * width
-    least = limit
+    dx, dy = dx / length, dy / length
+    least, is_seen = limit, False
     for along in AHEAD_WIDTHS:
-        most = -1
-        for aside in ASIDE_WIDTHS:
-            column = math.floor(points[tip, 0] + along * dx - aside * dy + 0.5)
-            row = math.floor(points[tip, 1] + along * dy + aside * dx + 0.5)
-            if row < 0 or column < 0 or row >= soft.shape[0] or column >= soft.shape[1]:
-                return -1
-            value = int(soft[row, column])
-            if value < limit:
-                most = max(most, value)
-        least = min(least, most)
-    return least
-
-
-@helper
-def _interpolated(soft: npt.NDArray[np.uint8], x: float, y: float) -> float:
-    """Return the probability between four pixels; beyond the border as on it."""
-    x, y = min(max(x, 0.0), soft.shape[1] - 1.0), min(max(y, 0.0), soft.shape[0] - 1.0)
-    column, row = int(x), int(y)
-    right, below = min(column + 1, soft.shape[1] - 1), min(row + 1, soft.shape[0] - 1)
-    u, v = x - column, y - row
-    upper = (1.0 - u) * soft[row, column] + u * soft[row, right]
-    lower = (1.0 - u) * soft[below, column] + u * soft[below, right]
-    return float((1.0 - v) * upper + v * lower)
+        x, y = points[tip, 0] + along * width * dx, points[tip, 1] + along * width * dy
+        most = ridge_at(soft, x, y, dx, dy, width)
+        if most < 0:
+            return -1
+        if most >= limit:
+            continue
+        is_seen = True
+        beside = 255.0
+        for side in (-1.0, 1.0):
+            aside = side * (along + 0.5) * width
+            beside = min(beside, _interpolated(soft, points[other, 0] - aside * dy, points[other, 1] + aside * dx))
+        least = min(least, max(most - round(beside), 0))
+    return least if is_seen else -1
 
 
 @kernel(read(float64, 2), read(uint8, 2), float64)
