@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from dloftbs import Frame, JointKind, Pipeline, detect, track
+from dloftbs import Config, Frame, JointKind, Pipeline, detect, track
 from dloftbs.errors import ConfigError
 from dloftbs.pipeline.soft_mask import readings_of, sureness
 
@@ -99,6 +99,12 @@ def test_a_cut_off_cable_that_shows_faintly_ahead_is_not_whole_for_sure() -> Non
     x, y = near.point
     assert 405 < x < 430
     assert abs(y - np.interp(x, *LINE.T)) < 6
+
+
+def test_the_published_method_reads_the_half_as_it_would_by_itself() -> None:
+    found, half = (detect(mask, config=Config.paper()) for mask in (fading(), fading() >= 128))
+    assert [one.curve for one in found] == [one.curve for one in half]
+    assert [one.width_px for one in found] == [one.width_px for one in half]
 
 
 class TestKinds:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -35,17 +35,11 @@ def with_ends_that_go_on(lines: Sequence[Centerline], soft: _Plane, limit: int) 
     """
     found, is_more = [], False
     for line in lines:
-        ahead = (
-            ()
-            if line.closed
-            else tuple(
-                (u, value)
-                for u in (0.0, 1.0)
-                if (value := least_ahead(line.points, u == 1.0, soft, line.width_px, limit)) > 0
-            )
-        )
-        is_more = is_more or any(value >= LEAST_PROBABLE for _, value in ahead)
-        found.append(line._with_near_joints(_near_joints(line, ahead)) if ahead else line)
+        ends = () if line.closed else (0.0, 1.0)
+        ahead = {u: least_ahead(line.points, u == 1.0, soft, line.width_px, limit) for u in ends}
+        is_more = is_more or any(value >= LEAST_PROBABLE for value in ahead.values())
+        seen = {u: value for u, value in ahead.items() if value > 0}
+        found.append(line._with_near_joints(_near_joints(line, seen)) if seen else line)
     return found, is_more
 
 
@@ -67,11 +61,11 @@ def goes_on(value: int) -> float:
     return 1.0 / (1.0 + math.exp(-(base + per_log * math.log((value + 1) / 256.0))))
 
 
-def _near_joints(line: Centerline, ahead: Sequence[tuple[float, int]]) -> tuple[NearJoint, ...]:
+def _near_joints(line: Centerline, ahead: Mapping[float, int]) -> tuple[NearJoint, ...]:
     """Return the most probable place where each end goes on: across a gap, or where values lie ahead of ends."""
     surest = {near.u: near for near in line.near_joints}
     points, reach = line.points, AHEAD_WIDTHS[-1] * line.width_px
-    for u, value in ahead:
+    for u, value in ahead.items():
         confidence = goes_on(value)
         if u not in surest or confidence > surest[u].confidence:
             tip, other = (-1, -1 - math.ceil(reach)) if u == 1.0 else (0, math.ceil(reach))

@@ -118,7 +118,7 @@ class _Task(NamedTuple):
 
 
 class _Reading(NamedTuple):
-    """Objects of a mask, as far as they are centre lines, the stages that found them, and if a probability has more."""
+    """Objects of a mask, as centre lines, the stages that found them, and whether a lower limit has more to show."""
 
     run: StageRun
     lines: list[Centerline]
@@ -184,7 +184,7 @@ def run_stages(
     if not lines:
         return run
     assert run.crop is not None
-    if soft is not None:
+    if soft is not None and isinstance(config.linking, LinkingConfig):
         lines = with_soft_widths(lines, soft)
     curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
     if run.graph is not None:  # the published method believes in all its joints
