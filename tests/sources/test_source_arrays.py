@@ -108,6 +108,15 @@ def test_kind_overrules_the_shape():
         np.testing.assert_array_equal(next(iter(source)).image, np.dstack([MASKS[0]] * 3))
 
 
+@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
+def test_a_stack_of_probabilities_is_one_of_masks(dtype):
+    stack = np.linspace(0.0, 1.0, 5 * 8 * 9).reshape(5, 8, 9).astype(dtype)
+    with sources.open(stack) as source:
+        frames = list(source)
+    assert {frame.mask_is for frame in frames} == {"probability"}
+    np.testing.assert_array_equal(np.stack([frame.mask for frame in frames]), np.rint(255.0 * stack).astype(np.uint8))
+
+
 @pytest.mark.parametrize(
     ("array", "kind", "message"),
     [
@@ -116,7 +125,7 @@ def test_kind_overrules_the_shape():
         (IMAGES.transpose(0, 3, 1, 2), "auto", r"channels come last: images\.transpose\(0, 2, 3, 1\)"),
         (IMAGES[..., [0, 1, 2, 2]], "auto", r"four channels: images\[\.\.\., :3\] if they are BGRA"),
         (IMAGES[..., :2], "auto", r"\(5, 8, 9, 2\)"),
-        (DEPTH, "auto", r"bool or integers.*float32; threshold them first: masks > 0\.5"),
+        (DEPTH, "auto", r"mask must be a probability in 0\.\.1 where it is floating point, got .*; of scores, give"),
         (MASKS[:0], "auto", "at least one frame"),
         (np.zeros(4), "auto", r"\(4,\)"),
         (MASKS.astype(bool), "image", "uint8.*bool"),

@@ -113,8 +113,12 @@ def test_16_bit_colour_is_refused(tmp_path):
         only(sources.open(save(tmp_path / "a.png", COLOUR.astype(np.uint16) * 200)))
 
 
-def test_floating_point_mask_is_refused(tmp_path):
-    with pytest.raises(SourceError, match=r"integer.*float32"):
+def test_a_floating_point_mask_is_a_probability(tmp_path):
+    soft = np.linspace(0.0, 1.0, MASK.size, dtype=np.float32).reshape(MASK.shape)
+    frame = only(sources.open(save(tmp_path / "a.tif", soft)))
+    assert frame.mask_is == "probability"
+    np.testing.assert_array_equal(frame.mask, np.rint(255.0 * soft).astype(np.uint8))
+    with pytest.raises(SourceError, match=r"a\.tif: mask must be a probability in 0\.\.1 .*, got 0\.\.200"):
         only(sources.open(save(tmp_path / "a.tif", MASK.astype(np.float32))))
 
 

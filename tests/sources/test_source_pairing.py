@@ -167,7 +167,7 @@ def test_stacks(tmp_path):
     with pytest.raises(SourceError, match="needs the array 'masks'; found depth"):
         sources.open(images, masks=tmp_path / "n.npz")
     np.save(tmp_path / "f.npy", stack * 1.0)
-    with pytest.raises(SourceError, match=r"f\.npy: masks must have shape .*float64"):
+    with pytest.raises(SourceError, match=r"f\.npy: mask must be a probability in 0\.\.1 .*, got 1000\.\.1000"):
         sources.open(images, masks=tmp_path / "f.npy")
 
 
@@ -226,7 +226,7 @@ def test_masks_from_npy(tmp_path, caplog):
         first, second = source
     np.testing.assert_array_equal(first.mask, mask(1))
     assert second.mask is None
-    assert "bool or integers" in caplog.text
+    assert "1.npy: mask must be a probability in 0..1" in caplog.text
 
 
 def test_grey_images_with_masks_are_images(tmp_path):

@@ -90,9 +90,9 @@ def open(
         (``"rtsp://..."``), the index of a camera (0, ``"0"``) or its device (``"/dev/video0"``). ``"-"`` is an image,
         an animation, a TIFF, a .npy or a .npz file on standard input, which is read into memory as a whole. An array,
         of whatever library, is a stack of images (N, H, W, 3), uint8, BGR, or of masks (N, H, W), (N, 1, H, W) or
-        (N, H, W, 1), bool or integer. A .npz holds `images`, `masks` or `instances`, and may hold `depth` and
-        `occluders` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter with `distortion`
-        and `distortion_model` as `PinholeCamera` has them.
+        (N, H, W, 1), bool, integer or a probability in 0..1. A .npz holds `images`, `masks` or `instances`, and may
+        hold `depth` and `occluders` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter
+        with `distortion` and `distortion_model` as `PinholeCamera` has them.
     kind : {"auto", "image", "mask", "auto_image"}
         Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, in which any
         non-zero is cable; other files, videos, animations and cameras are images; arrays are what their shape or key

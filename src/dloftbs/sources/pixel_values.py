@@ -10,9 +10,9 @@ from dloftbs.errors import SourceError
 from dloftbs.sources.image_header import is_lossy
 from dloftbs.sources.indexed_colour import is_indexed
 from dloftbs.sources.pixels import (
+    as_mask,
     decode,
     first_of_many,
-    is_countable,
     load_npy,
     read_bytes,
     read_image_or_mask,
@@ -57,10 +57,10 @@ def read_mask(path: Path) -> AnyArray:
         _, mask = read_image_or_mask(path, "mask")
         assert mask is not None  # what was asked for
         return mask
-    mask = plane_of(load_npy(path))
-    if mask.ndim != 2 or not is_countable(mask.dtype):
-        raise SourceError(f"{path}: a mask must be (H, W) of bool or integers, got {mask.shape} of {mask.dtype}")
-    return mask
+    try:
+        return as_mask(load_npy(path))
+    except SourceError as error:
+        raise SourceError(f"{path}: {error}") from error
 
 
 def read_depth(path: Path) -> AnyArray:

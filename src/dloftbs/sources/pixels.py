@@ -28,6 +28,7 @@ from dloftbs.sources.orientation import AS_STORED, read_orientation, turned
 from dloftbs.sources.source import logger
 from dloftbs.sources.tiff_pages import as_stored, is_tiff, pages_of
 from dloftbs.sources.unreadable import is_refused, why_unreadable
+from dloftbs.support.arrays import check_mask
 from dloftbs.support.npy import BROKEN, File, open_mapped, opened
 from dloftbs.support.values import shown
 
@@ -355,12 +356,27 @@ def _check_alike(colour: AnyArray, alpha: AnyArray) -> None:
 
 
 def _to_mask(pixels: AnyArray, *, lossy: bool) -> AnyArray:
+    if pixels.dtype.kind == "f" and _is_grey(pixels):
+        return as_mask(pixels if pixels.ndim == 2 else pixels[..., 0])
     if not is_countable(pixels.dtype):
-        remedy = "; threshold it first, as by x > 0.5" if pixels.dtype.kind == "f" else ""
-        raise SourceError(f"a mask must be bool or integer, any non-zero being cable, got {pixels.dtype}{remedy}")
+        raise SourceError(f"a mask must be bool or integer, any non-zero being cable, got {pixels.dtype}")
     if pixels.ndim == 3:
         pixels = pixels[..., 0] | pixels[..., 1] | pixels[..., 2]
     return pixels >= HALF if lossy and pixels.dtype == np.uint8 else pixels
+
+
+def as_mask(pixels: AnyArray) -> AnyArray:
+    """Return pixels (H, W) as they are, if a frame takes them as a mask.
+
+    Raises
+    ------
+    SourceError
+        If it does not.
+    """
+    try:
+        return check_mask(pixels, may_be_soft=True)
+    except InputError as error:
+        raise SourceError(str(error)) from error
 
 
 def _to_image(pixels: AnyArray) -> AnyArray:
