@@ -110,11 +110,11 @@ class _Task(NamedTuple):
         """Return the share of the frame, or of its region of interest, that is set in a mask."""
         return share_set(mask) / (1.0 if self.region is None else self.region.share)
 
-    def refusal_of(self, mask: AnyArray) -> str | None:
+    def refusal_of(self, mask: AnyArray, share: float) -> str | None:
         """Return why a mask cannot be read as cables; None if it can, and by the published method always."""
         if not isinstance(self.config.linking, LinkingConfig):
             return None
-        return refuse_mask(mask, self.share_of(mask), segmented=self.frame.mask is None)
+        return refuse_mask(mask, share, segmented=self.frame.mask is None)
 
 
 class _Reading(NamedTuple):
@@ -171,14 +171,15 @@ def run_stages(
     limit, part = next(readings)
     share = task.share_of(part)
     clock.lap("segmentation")
-    failure = None if gate is None else gate.refuse(share, frame.stamp, readable=task.refusal_of(part) is None)
+    failure = None if gate is None else gate.refuse(share, frame.stamp, readable=task.refusal_of(part, share) is None)
     if failure is not None:
         run = StageRun(part, share, clock.stage_ms, reason=failure, has_failed=True)
         return replace(run, is_taken_for_soft=is_taken_for_soft)
-    best = last = _read(part, limit, task)
+    best = last = _read(part, limit, share, task)
     while last.is_more and sureness(best.lines) < SURE and (lower := next(readings, None)) is not None:
         clock.lap("segmentation")
-        last = _read(lower[1], lower[0], task)
+        limit, part = lower
+        last = _read(part, limit, task.share_of(part), task)
         best = max(best, last, key=lambda reading: sureness(reading.lines))
     run, lines = replace(best.run, share=share, is_taken_for_soft=is_taken_for_soft), best.lines
     if not lines:
@@ -199,11 +200,11 @@ def run_stages(
     return replace(run, detections=detections, crossings=crossings)
 
 
-def _read(mask: AnyArray, limit: int, task: _Task) -> _Reading:
+def _read(mask: AnyArray, limit: int, share: float, task: _Task) -> _Reading:
     """Find the objects of a mask, which of a probability is what is not below a limit."""
     frame, config, region, predicted, soft, _, clock = task
-    run = StageRun(mask, task.share_of(mask), clock.stage_ms)
-    refusal = task.refusal_of(mask)
+    run = StageRun(mask, share, clock.stage_ms)
+    refusal = task.refusal_of(mask, share)
     if refusal is not None:
         return _Reading(replace(run, reason=refusal), [])
     crop = clean(mask, config.cleaning, region)
