@@ -389,7 +389,7 @@ class TestTrack:
             (np.zeros((9, 9, 1), bool), {}, "got a single frame"),
             (np.zeros((5, 3, 9, 9), np.uint8), {}, r"channels come last: images\.transpose\(0, 2, 3, 1\)"),
             (np.zeros((5, 9, 9, 4), np.uint8), {}, r"four channels: images\[\.\.\., :3\]"),
-            (np.zeros((5, 9, 9)), {}, r"threshold them first: masks > 0\.5"),
+            (np.full((5, 9, 9), 3.0), {}, r"mask must be a probability in 0\.\.1 .*, got 3\.\.3; of scores"),
             ([], {"config": 5}, "config must be a Config"),
             ([], {"segmenter": "net"}, "segmenter must be a function"),
             ([], {"segmenter": len, "hsv": RED}, "either hsv or a segmenter"),
