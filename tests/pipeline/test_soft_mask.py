@@ -158,4 +158,11 @@ def test_a_region_ends_a_soft_mask_as_it_ends_a_hard_one() -> None:
 def test_a_probability_below_one_half_everywhere_is_a_reason() -> None:
     result = detect((0.45 * soft()).astype(np.uint8))
     assert len(result) == 0
-    assert result.reason == "the mask is a probability that nowhere is one half or more: threshold it lower (mask > 31)"
+    reason = "the mask is a probability that nowhere is one half or more: threshold it lower (mask > 31)"
+    assert result.reason == reason
+    two_values = np.where(drawn() > 127, 0.3, 0.0)
+    assert (
+        detect(two_values).reason
+        == detect(Frame(mask=(255 * two_values).astype(np.uint8), mask_is="probability")).reason
+        == reason
+    )

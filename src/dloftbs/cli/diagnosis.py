@@ -29,7 +29,7 @@ Source: by hand; a person looks at so many.
 
 
 class Diagnosis:
-    """What some frames of a stream show of its faults; numbers only are kept of them, and the worst frames.
+    """Faults that some frames of a stream show; numbers only are kept of them, and the worst frames.
 
     Parameters
     ----------

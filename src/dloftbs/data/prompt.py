@@ -19,7 +19,7 @@ def _nothing(columns: int) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Prompt:
-    """What tracking expects in an image: clicks and boxes for a segmenter such as SAM.
+    """Clicks and boxes where tracking expects cables in an image, for a segmenter such as SAM.
 
     Coordinates are pixels of the image that the segmenter gets. Only what the last frame showed is in it: a point on a
     hidden part would be one on what hides it. Before there are confirmed tracks, there are no points and no boxes.

@@ -15,7 +15,7 @@ def why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame) -> str:
         side = config.cleaning.open_px
         return f"nothing of the mask is left after the opening by {side} x {side} px"
     if frame.mask is not None:
-        if is_probability(frame.mask):
+        if frame.mask_is == "probability" or is_probability(frame.mask):
             return "the mask is a probability that nowhere is one half or more: threshold it lower (mask > 31)"
         return "the mask is empty"
     if frame.image is None:
