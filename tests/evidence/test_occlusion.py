@@ -34,8 +34,8 @@ def depth_of(metres: float) -> np.ndarray:
 class TestOccluders:
     EVIDENCE = OcclusionEvidence(occluders=OCCLUDERS)
 
-    @pytest.mark.parametrize(("x", "expected"), [(30, HIDDEN), (48, HIDDEN), (53, UNKNOWN), (60, IN_SIGHT)])
-    def test_under_them_is_hidden_and_clear_of_them_in_plain_sight(self, x, expected):
+    @pytest.mark.parametrize(("x", "expected"), [(30, HIDDEN), (48, HIDDEN), (53, UNKNOWN), (60, UNKNOWN)])
+    def test_under_them_is_hidden_and_elsewhere_something_else_may_hide(self, x, expected):
         assert look(self.EVIDENCE, x) == expected
 
     @pytest.mark.parametrize("place", [(-3.0, 60.0), (163.0, 60.0), (100.0, -2.0), (100.0, 121.0)])
@@ -47,28 +47,13 @@ class TestOccluders:
         inside[:, :120] = 1
         frame = Frame(mask=np.zeros(SIZE, np.uint8), occluders=OCCLUDERS)
         evidence = OcclusionEvidence.of(frame, frame.mask, LiftingConfig(), inside)
-        assert [look(evidence, x) for x in (60.0, 119.0, 121.0, 163.0)] == [IN_SIGHT, IN_SIGHT, HIDDEN, HIDDEN]
-
-    @pytest.mark.parametrize(("x", "expected"), [(100, UNKNOWN), (104, UNKNOWN), (110, IN_SIGHT), (30, HIDDEN)])
-    def test_under_another_cable_nobody_knows(self, x, expected):
-        mask = np.zeros(SIZE, np.bool_)
-        mask[:, 100] = True
-        assert look(OcclusionEvidence(occluders=OCCLUDERS, mask=mask), x) == expected
-
-    def test_an_unknown_width_has_a_least_reach(self):
-        told = self.EVIDENCE.look(np.array([(52.0, 60.0), (58.0, 60.0)]), np.nan)
-        assert told.tolist() == [UNKNOWN, IN_SIGHT]
+        assert [look(evidence, x) for x in (60.0, 119.0, 121.0, 163.0)] == [UNKNOWN, UNKNOWN, HIDDEN, HIDDEN]
 
     @given(st.floats(-20.0, 180.0), st.floats(-20.0, 140.0))
     def test_a_place_is_told_as_pixel_by_pixel(self, x, y):
         inside = -0.5 < x < SIZE[1] - 0.5 and -0.5 < y < SIZE[0] - 0.5
-        around = [
-            OCCLUDERS[int(np.clip(np.rint(y + dy), 0, SIZE[0] - 1)), int(np.clip(np.rint(x + dx), 0, SIZE[1] - 1))]
-            for dy in (-WIDTH, 0.0, WIDTH)
-            for dx in (-WIDTH, 0.0, WIDTH)
-        ]
-        expected = HIDDEN if not inside or around[4] else UNKNOWN if any(around) else IN_SIGHT
-        assert look(self.EVIDENCE, x, y) == expected
+        covered = OCCLUDERS[int(np.clip(np.rint(y), 0, SIZE[0] - 1)), int(np.clip(np.rint(x), 0, SIZE[1] - 1))]
+        assert look(self.EVIDENCE, x, y) == (HIDDEN if covered or not inside else UNKNOWN)
 
 
 class TestDepth:
@@ -81,7 +66,7 @@ class TestDepth:
         assert look(evidence, 80.0, depth_m=1.0) == expected
 
     def test_it_outranks_occluders_where_it_tells(self):
-        for metres, expected in ((0.5, HIDDEN), (1.0, IN_SIGHT), (1.5, IN_SIGHT)):
+        for metres, expected in ((0.5, HIDDEN), (1.0, UNKNOWN), (1.5, IN_SIGHT)):
             evidence = OcclusionEvidence(depth=depth_of(metres), camera=CAMERA, occluders=np.zeros(SIZE, np.bool_))
             assert look(evidence, 80.0, depth_m=1.0) == expected
         covered = OcclusionEvidence(depth=depth_of(1.5), camera=CAMERA, occluders=np.ones(SIZE, np.bool_))

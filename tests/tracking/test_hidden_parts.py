@@ -7,9 +7,11 @@ import pytest
 from builders import bent, curve_through, detection_of, line, loop, part, wave
 from tracked_curves import AT_ONCE, CONFIRMED, FRAME_S, SHAPES, error_px, ids, level, runs_like, see, shown_for
 
+from dloftbs.camera import PinholeCamera
 from dloftbs.config import TrackingConfig
 from dloftbs.data.centerline import Joint, JointKind
 from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.tracks import Track
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.tracking import Tracker
 
@@ -334,12 +336,19 @@ class TestWrongPast:
     @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
     def test_that_took_two_cables_for_one(self, wrong):
         """From a mask alone that is what a cable looks like that something stays on: it takes evidence to tell."""
-        tracker = Tracker(AT_ONCE)
-        shown_for(tracker, wrong, line((10.0, 20.0), (510.0, 20.0)))
+        tracker, camera = Tracker(AT_ONCE), PinholeCamera(500.0, 500.0, 260.0, 20.0)
         upper, lower = line((10.0, 20.0), (250.0, 20.0)), line((270.0, 20.0), (510.0, 20.0))
-        nothing = OcclusionEvidence(occluders=np.zeros((40, 520), np.bool_))
+        ground = OcclusionEvidence(depth=np.full((40, 520), 1.5, np.float32), camera=camera)
+
+        def show(*curves: BSplineCurve) -> tuple[Track, ...]:
+            in_space = [camera.deproject(curve.control_points, np.ones(len(curve.control_points))) for curve in curves]
+            splines = [BSplineCurve(curve.knots, points) for curve, points in zip(curves, in_space, strict=True)]
+            return tracker.update([detection_of(*pair) for pair in zip(curves, splines, strict=True)], occlusion=ground)
+
+        for _ in range(wrong):
+            show(line((10.0, 20.0), (510.0, 20.0)))
         for _ in range(self.CLEAR + KNOWN):
-            tracks = tracker.update([upper, lower], occlusion=nothing)
+            tracks = show(upper, lower)
         assert {tuple(track.curve(0.0)) for track in tracks} == {(10.0, 20.0), (270.0, 20.0)}
         assert all(track.curve in (upper, lower) for track in tracks)
 

@@ -361,7 +361,7 @@ def input_options(command: Command) -> Command:
         "--occluders",
         type=FilledPath(),
         metavar="PATH|RULE",
-        help="Masks of what may hide cables (a robot, a hand), in the same ways; all else is in plain sight.",
+        help="Masks of what may hide cables (a robot, a hand), in the same ways.",
     )
     @click.option(
         "--instances",

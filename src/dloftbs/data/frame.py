@@ -52,7 +52,7 @@ class Frame:
         `DepthRegistration` brings there.
     occluders : numpy.ndarray, shape (H, W) or (H, W, 1), bool or any integer type, optional
         Any non-zero is something in front that may hide cables: a robot rendered from its joints, or a detected hand.
-        Where it is given, all the rest of the frame is in plain sight: a cable is not assumed hidden there.
+        It says nothing of the rest of the frame, where something else may.
     camera : PinholeCamera, optional
         Also its matrix K, shape (3, 3), or (fx, fy, cx, cy), or the path of a calibration, of which one is made.
         Without it, depth cannot become metres and there are no curves in space.

@@ -78,9 +78,9 @@ class OcclusionEvidence:
     """Evidence in a frame that a cable is hidden in a place, or is not: its depth and its mask of occluders.
 
     Depth comes first: something nearer than the cable hides it; a place where only farther things are seen is in plain
-    sight. Where depth says neither, a place under the occluders is hidden, and one clear of them is in plain sight,
-    unless the mask has a cable there: it may lie over another. The image has the colours of cables, and shows
-    nothing of a place where none is seen: what hides a cable may look like the ground.
+    sight, unless the mask has a cable there: it may lie over another. Where depth says neither, a place under the
+    occluders is hidden; they say nothing of other places, where something else may hide a cable. The image has the
+    colours of cables, and shows nothing of a place where none is seen: what hides a cable may look like the ground.
 
     Parameters
     ----------

@@ -111,7 +111,7 @@ def look_at_pixels(
     rows, columns : int
         Size of the image.
     reach : float
-        Width of the cable, px: occluders within it are near a place, and other cables within half of it.
+        Width of the cable, px: other cables within half of it are near a place.
     depth : (H, W) float32, float64 or uint16
         Counts.
     unit_m : float
@@ -140,12 +140,8 @@ def look_at_pixels(
         if not (-0.5 < x < columns - 0.5 and -0.5 < y < rows - 0.5):
             told[n] = hidden
             continue
-        if told[n] == 0 and occluders.size:
-            near = False
-            for dy in (-reach, 0.0, reach):
-                for dx in (-reach, 0.0, reach):
-                    near |= _is_set(occluders, x + dx, y + dy)
-            told[n] = hidden if _is_set(occluders, x, y) else 0 if near else in_sight
+        if told[n] == 0 and occluders.size and _is_set(occluders, x, y):
+            told[n] = hidden
         if told[n] == in_sight and mask.size:
             half = 0.5 * reach
             beside = _is_set(mask, x, y) or _is_set(mask, x - half, y) or _is_set(mask, x + half, y)
