@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Command = Callable[..., None]
 
-DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".json", ".labelme", ".mcap")
+DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".usda", ".xml", ".json", ".labelme", ".mcap")
 CAMERA_SUFFIXES = (".yaml", ".yml", ".json", ".xml")
 STANDARD_OUTPUT = "-"
 
@@ -507,8 +507,8 @@ out_option = click.option(
     type=FilledPath(),
     metavar="FILE",
     callback=check_data_paths,
-    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj; labels for training to .json (COCO: "
-    "masks) or a folder .labelme (lines); .mcap, or another folder that ends in /, is a recording of ROS; - is JSON "
-    "lines on standard output. Repeatable. "
+    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj, and for simulators .usda (USD) or "
+    ".xml (MuJoCo); labels for training to .json (COCO: masks) or a folder .labelme (lines); .mcap, or another folder "
+    "that ends in /, is a recording of ROS; - is JSON lines on standard output. Repeatable. "
     "The configuration used is written beside the first file, as NAME.config.yaml.",
 )
