@@ -59,7 +59,7 @@ def test_a_pose_is_read_from_a_file(tmp_path):
     assert read_pose(file) == pytest.approx(np.array([[1, 0, 0, 0.1], [0, -1, 0, 0], [0, 0, -1, 1], [0, 0, 0, 1.0]]))
     file.write_text("- [1, 0, 0, 0]\n- [0, 1, 0, 0]\n- [0, 0, 1, 2]\n- [0, 0, 0, 1]\n")
     assert read_pose(file)[2, 3] == 2.0
-    for text, what in (("", "documents"), ("a: 1", "the keys 'a'"), ("[", "pose.yaml: ")):
+    for text, what in (("", "documents"), ("a: 1", "a pose must be"), ("[", "pose.yaml: ")):
         file.write_text(text)
         with pytest.raises(SourceError, match=what):
             read_pose(file)

@@ -7,7 +7,7 @@ import os
 import shlex
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -242,6 +242,76 @@ def parse_changes(context: click.Context, parameter: click.Parameter, texts: tup
 
 
 @dataclass(frozen=True)
+class RobotOptions:
+    """Files of a robot that is rendered into the frames' occluders."""
+
+    robot: str
+    joints: str
+    camera_pose: str | None
+
+    def wrap(self, source: Source) -> Source:
+        """Return a source with the robot in its frames, which closes it.
+
+        Raises
+        ------
+        InputError, SourceError
+            As the readers of the files and `RobotSource`; the source is closed then.
+        """
+        from dloftbs.camera import read_pose
+        from dloftbs.robot import JointStates, RobotModel, RobotSource
+
+        try:
+            read = RobotModel.from_urdf if Path(self.robot).suffix.lower() == ".urdf" else RobotModel.from_yaml
+            pose = None if self.camera_pose is None else read_pose(self.camera_pose)
+            return RobotSource(source, read(self.robot), JointStates.from_csv(self.joints), pose)
+        except BaseException:
+            source.close()
+            raise
+
+
+def robot_options(command: Command) -> Command:
+    """Add the options that name a robot; they go into the `inputs` of the command."""
+
+    @click.option(
+        "--robot",
+        type=FilledPath(),
+        metavar="YAML|URDF",
+        help="Robot that may hide cables: capsules, joints and grippers in YAML, or a URDF (extra robot). It is "
+        "rendered into the frames' occluders; ends that a gripper holds are `held`. It needs --joints and --camera.",
+    )
+    @click.option(
+        "--joints",
+        type=FilledPath(),
+        metavar="CSV",
+        help="Positions of the robot's joints: a column time (seconds, as the frames' stamps) or frame, then one of "
+        "the name of each joint.",
+    )
+    @click.option(
+        "--camera-pose",
+        type=FilledPath(),
+        metavar="FILE",
+        help="Pose of the camera in the robot's base, YAML: translation_m, and rotation, quaternion_xyzw or rpy; or a "
+        "matrix (4, 4). In place of the camera_pose of the robot's YAML.",
+    )
+    @functools.wraps(command)
+    def with_robot(
+        *args: Any,
+        robot: str | None,
+        joints: str | None,
+        camera_pose: str | None,
+        inputs: InputOptions,
+        **kwargs: Any,
+    ) -> None:
+        if (robot is None) != (joints is None) or (camera_pose is not None and robot is None):
+            raise click.UsageError("--robot and --joints go together, and --camera-pose with them")
+        if robot is not None and joints is not None:
+            inputs = replace(inputs, robot=RobotOptions(robot, joints, camera_pose))
+        command(*args, inputs=inputs, **kwargs)
+
+    return with_robot
+
+
+@dataclass(frozen=True)
 class InputOptions:
     """Options of reading frames: the arguments of `dloftbs.sources.open`."""
 
@@ -257,6 +327,7 @@ class InputOptions:
     info_topic: str | None = None
     instances: str | None = None
     mask_topic: str | None = None
+    robot: RobotOptions | None = None
 
     def open(
         self,
@@ -279,7 +350,7 @@ class InputOptions:
         from dloftbs import sources
         from dloftbs.sources.pixels import kind_for
 
-        return sources.open(
+        source = sources.open(
             where,
             kind=kind_for(self.kind, segmented=segmented),
             depth=self.depth,
@@ -297,6 +368,7 @@ class InputOptions:
             mask_topic=self.mask_topic,
             keep_messages=keep_messages,
         )
+        return source if self.robot is None else self.robot.wrap(source)
 
     def tune_command(self, where: str | Sequence[str]) -> str:
         """Return the command that makes a configuration for an input, as a shell takes it."""

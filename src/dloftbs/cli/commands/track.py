@@ -20,6 +20,7 @@ from dloftbs.cli.options import (
     limit_option,
     out_option,
     prints_to_terminal,
+    robot_options,
     stages_option,
     with_input_option,
 )
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     "--view", is_flag=True, help="Show the curves live on a page while tracking; a recording waits until it is open."
 )
 @input_options
+@robot_options
 @config_options
 @page_options
 @click.pass_context
