@@ -50,7 +50,7 @@ MAY_IMPORT = {
     "sources": OUTSIDE | {"ros"},
     "robot": OUTSIDE | {"sources"},
     "sinks": OUTSIDE | {"viz", "ros"},
-    "ros": OUTSIDE | {"sources", "sinks", "viz"},
+    "ros": OUTSIDE | {"sources", "sinks", "viz", "robot"},
     "viz": OUTSIDE,
     "ui": OUTSIDE | {"pipeline", "segmentation", "sinks", "sources", "viz"},
     "cli": OUTSIDE | {"api", "pipeline", "segmentation", "sources", "sinks", "viz", "ros", "ui", "robot", ""},

@@ -19,6 +19,7 @@ from dloftbs.errors import ConfigError, InputError
 if TYPE_CHECKING:
     from dloftbs.camera import DepthRegistration, PinholeCamera
     from dloftbs.config import Config, HsvRange, Roi
+    from dloftbs.robot import JointStates
     from dloftbs.sources import Source
     from dloftbs.sources.pixels import Kind
 
@@ -249,8 +250,8 @@ class RobotOptions:
     joints: str
     camera_pose: str | None
 
-    def wrap(self, source: Source) -> Source:
-        """Return a source with the robot in its frames, which closes it.
+    def wrap(self, source: Source, where: str | Sequence[str]) -> Source:
+        """Return a source, which `where` named, with the robot in its frames; closing this closes the source.
 
         Raises
         ------
@@ -258,15 +259,25 @@ class RobotOptions:
             As the readers of the files and `RobotSource`; the source is closed then.
         """
         from dloftbs.camera import read_pose
-        from dloftbs.robot import JointStates, RobotModel, RobotSource
+        from dloftbs.robot import RobotModel, RobotSource
 
         try:
             read = RobotModel.from_urdf if Path(self.robot).suffix.lower() == ".urdf" else RobotModel.from_yaml
             pose = None if self.camera_pose is None else read_pose(self.camera_pose)
-            return RobotSource(source, read(self.robot), JointStates.from_csv(self.joints), pose)
+            return RobotSource(source, read(self.robot), self._joints_in(where), pose)
         except BaseException:
             source.close()
             raise
+
+    def _joints_in(self, where: str | Sequence[str]) -> JointStates:
+        from dloftbs.robot import JointStates
+        from dloftbs.sources.recordings import is_recording
+
+        if isinstance(where, str) and is_recording(Path(where)) and not Path(self.joints).is_file():
+            from dloftbs.ros.joint_messages import read_joints
+
+            return read_joints(where, self.joints)
+        return JointStates.from_csv(self.joints)
 
 
 def robot_options(command: Command) -> Command:
@@ -282,9 +293,9 @@ def robot_options(command: Command) -> Command:
     @click.option(
         "--joints",
         type=FilledPath(),
-        metavar="CSV",
+        metavar="CSV|TOPIC",
         help="Positions of the robot's joints: a column time (seconds, as the frames' stamps) or frame, then one of "
-        "the name of each joint.",
+        "the name of each joint; or a topic of JointState in the recording that is read.",
     )
     @click.option(
         "--camera-pose",
@@ -368,7 +379,7 @@ class InputOptions:
             mask_topic=self.mask_topic,
             keep_messages=keep_messages,
         )
-        return source if self.robot is None else self.robot.wrap(source)
+        return source if self.robot is None else self.robot.wrap(source, where)
 
     def tune_command(self, where: str | Sequence[str]) -> str:
         """Return the command that makes a configuration for an input, as a shell takes it."""
