@@ -38,6 +38,10 @@ def test_the_commands_and_the_blocks_run(folder: Path) -> None:
     run(*shlex.split(commands[0])[1:])
     assert (folder / "scene.usda").read_text().count(": [(") == 3  # time samples
     assert 'gravity="0 0 0"' in (folder / "scene.xml").read_text()
+    Path("pose.yaml").write_text("translation_m: [0.0, 0.0, 1.0]\nrpy: [3.1416, 0.0, 0.0]\n")
+    run(*shlex.split(commands[0])[1:], "--camera-pose", "pose.yaml")
+    assert 'gravity="0 0 -9.81"' in (folder / "scene.xml").read_text()
+    assert "the world, z upwards" in (folder / "scene.usda").read_text()
     names: dict[str, object] = {}
     for block in re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL):
         exec(compile(block, "docs/simulators.md", "exec"), names)

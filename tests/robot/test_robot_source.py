@@ -161,3 +161,5 @@ def test_the_command_takes_a_robot(robot, joints, tmp_path, monkeypatch):
     lines = (tmp_path / "a.jsonl").read_text().splitlines()
     assert len(lines) == FRAMES
     assert lines[-1].count('"hits"') == 3
+    alone = run(*command, "--robot", "robot.yaml", code=2)
+    assert "--robot and --joints go together" in alone.output

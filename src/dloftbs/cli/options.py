@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from dloftbs.robot import JointStates
     from dloftbs.sources import Source
     from dloftbs.sources.pixels import Kind
+    from dloftbs.support.arrays import FloatArray
 
 Command = Callable[..., None]
 
@@ -248,9 +249,8 @@ class RobotOptions:
 
     robot: str
     joints: str
-    camera_pose: str | None
 
-    def wrap(self, source: Source, where: str | Sequence[str]) -> Source:
+    def wrap(self, source: Source, where: str | Sequence[str], pose: FloatArray | None) -> Source:
         """Return a source, which `where` named, with the robot in its frames; closing this closes the source.
 
         Raises
@@ -258,12 +258,10 @@ class RobotOptions:
         InputError, SourceError
             As the readers of the files and `RobotSource`; the source is closed then.
         """
-        from dloftbs.camera import read_pose
         from dloftbs.robot import RobotModel, RobotSource
 
         try:
             read = RobotModel.from_urdf if Path(self.robot).suffix.lower() == ".urdf" else RobotModel.from_yaml
-            pose = None if self.camera_pose is None else read_pose(self.camera_pose)
             return RobotSource(source, read(self.robot), self._joints_in(where), pose)
         except BaseException:
             source.close()
@@ -301,8 +299,8 @@ def robot_options(command: Command) -> Command:
         "--camera-pose",
         type=FilledPath(),
         metavar="FILE",
-        help="Pose of the camera in the robot's base, YAML: translation_m, and rotation, quaternion_xyzw or rpy; or a "
-        "matrix (4, 4). In place of the camera_pose of the robot's YAML.",
+        help="Pose of the camera in the world, or the robot's base, YAML: translation_m, and rotation, quaternion_xyzw "
+        "or rpy; or a matrix (4, 4). It replaces the camera_pose of the robot's YAML; .usda and .xml are in the world.",
     )
     @functools.wraps(command)
     def with_robot(
@@ -313,10 +311,14 @@ def robot_options(command: Command) -> Command:
         inputs: InputOptions,
         **kwargs: Any,
     ) -> None:
-        if (robot is None) != (joints is None) or (camera_pose is not None and robot is None):
-            raise click.UsageError("--robot and --joints go together, and --camera-pose with them")
+        if (robot is None) != (joints is None):
+            raise click.UsageError("--robot and --joints go together")
+        if camera_pose is not None:
+            from dloftbs.camera import read_pose
+
+            inputs = replace(inputs, pose=read_pose(camera_pose))
         if robot is not None and joints is not None:
-            inputs = replace(inputs, robot=RobotOptions(robot, joints, camera_pose))
+            inputs = replace(inputs, robot=RobotOptions(robot, joints))
         command(*args, inputs=inputs, **kwargs)
 
     return with_robot
@@ -339,6 +341,7 @@ class InputOptions:
     instances: str | None = None
     mask_topic: str | None = None
     robot: RobotOptions | None = None
+    pose: FloatArray | None = None
 
     def open(
         self,
@@ -379,7 +382,7 @@ class InputOptions:
             mask_topic=self.mask_topic,
             keep_messages=keep_messages,
         )
-        return source if self.robot is None else self.robot.wrap(source, where)
+        return source if self.robot is None else self.robot.wrap(source, where, self.pose)
 
     def tune_command(self, where: str | Sequence[str]) -> str:
         """Return the command that makes a configuration for an input, as a shell takes it."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dloftbs.camera.poses import rotation_about
+from dloftbs.camera import rotation_about
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.values import check_number
@@ -17,6 +17,9 @@ TURNING, SLIDING, FIXED = ("revolute", "continuous"), ("prismatic",), ("fixed",)
 
 Source: by definition.
 """
+
+DEFAULT_BASE = "base"
+"""Name of the only link of a robot without joints."""
 
 _FARTHEST = 1e6
 """Largest position of a joint, radians or metres."""

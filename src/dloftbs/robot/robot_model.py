@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,41 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.camera import CameraLike, as_camera, as_pose
-from dloftbs.errors import InputError
+from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.bodies import Body, Mask, cover
-from dloftbs.robot.kinematics import RobotJoint, place_links, sort_joints
+from dloftbs.robot.kinematics import DEFAULT_BASE, RobotJoint, place_links, sort_joints
+from dloftbs.robot.robot_gripper import RobotGripper
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.values import check_path, check_size
 
 PoseLike = npt.ArrayLike | Mapping[str, Any]
 """Poses as `dloftbs.camera.as_pose` takes them."""
-
-DEFAULT_BASE = "base"
-"""Name of the only link of a robot without joints."""
-
-
-@dataclass(frozen=True, eq=False)
-class RobotGripper:
-    """Place on a link at which cables are held.
-
-    Parameters
-    ----------
-    link : str
-    point : numpy.ndarray, shape (3,)
-        In the link's frame, metres.
-    radius_m : float
-        A cable's end this near is held.
-    joint : str, optional
-        Joint that opens the gripper; without one, it always holds.
-    closed_below : float
-        Position of the joint below which it holds.
-    """
-
-    link: str
-    point: FloatArray
-    radius_m: float
-    joint: str | None = None
-    closed_below: float = 0.0
 
 
 class RobotModel:
@@ -102,7 +75,7 @@ class RobotModel:
         """
         from dloftbs.robot.yaml_file import read_yaml
 
-        return read_yaml(check_path("path", path))
+        return cls._read(check_path("path", path), read_yaml)
 
     @classmethod
     def from_urdf(cls, path: str | Path) -> RobotModel:
@@ -117,7 +90,16 @@ class RobotModel:
         """
         from dloftbs.robot.urdf_file import read_urdf
 
-        return cls(*read_urdf(check_path("path", path)))
+        return cls._read(check_path("path", path), read_urdf)
+
+    @classmethod
+    def _read(cls, path: Path, read: Callable[[Path], tuple[Any, ...]]) -> RobotModel:
+        """Build a robot from the arguments that a reader finds in a file."""
+        arguments = read(path)
+        try:
+            return cls(*arguments)
+        except InputError as error:
+            raise SourceError(f"{path}: {error}") from error
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -11,8 +11,8 @@ import numpy as np
 from dloftbs.camera import as_pose
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.bodies import Body
-from dloftbs.robot.kinematics import FIXED, SLIDING, TURNING, RobotJoint
-from dloftbs.robot.robot_model import DEFAULT_BASE, RobotGripper, RobotModel
+from dloftbs.robot.kinematics import DEFAULT_BASE, FIXED, SLIDING, TURNING, RobotJoint
+from dloftbs.robot.robot_gripper import RobotGripper
 from dloftbs.robot.urdf_file import read_urdf
 from dloftbs.support.arrays import FloatArray, as_vector
 from dloftbs.support.documents import parse_yaml, read_text
@@ -23,8 +23,12 @@ _FARTHEST = 1e6
 _LARGEST_M = 1e3
 
 
-def read_yaml(path: Path) -> RobotModel:
-    """Return the robot of a file.
+RobotArguments = tuple[list[RobotJoint], list[Body], list[RobotGripper], FloatArray | None, str | None]
+"""Arguments of `RobotModel`."""
+
+
+def read_yaml(path: Path) -> RobotArguments:
+    """Return the arguments of the robot of a file.
 
     Raises
     ------
@@ -40,7 +44,7 @@ def read_yaml(path: Path) -> RobotModel:
         raise SourceError(f"{path}: {error}") from error
 
 
-def _robot(given: Mapping[str, Any], path: Path) -> RobotModel:
+def _robot(given: Mapping[str, Any], path: Path) -> RobotArguments:
     _check_keys("a robot", given, (), _KEYS)
     joints: list[RobotJoint] = []
     bodies: list[Body] = []
@@ -53,7 +57,7 @@ def _robot(given: Mapping[str, Any], path: Path) -> RobotModel:
         raise InputError("a robot without capsules and without a urdf covers nothing")
     pose = given.get("camera_pose")
     link = given.get("camera_link")
-    return RobotModel(
+    return (
         joints,
         bodies,
         grippers,
