@@ -103,7 +103,7 @@ class UsdSink(PathSink):
         self._cables: dict[str, _Cable] = {}
         self._indices: list[int] = []
         self._stamps: list[float | None] = []
-        self._next_write = 1  # frames
+        self._tried = 0  # frames of the scene that was last written, or would have been
         self._claim = claim_replaceable(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
@@ -113,9 +113,8 @@ class UsdSink(PathSink):
         for one, moment in moments:
             cable = self._cables.setdefault(one.name, _Cable(one.name, one.curve.closed, one.order))
             cable.moments.append(moment)
-        if self._cables and len(self._indices) >= self._next_write:
-            self._next_write = 2 * len(self._indices)
-            write_whole(self._path, self._scene())
+        if len(self._indices) >= 2 * self._tried:
+            self._write_scene()
 
     def _moment(self, one: SpaceObject, frame: Frame) -> _Moment:
         points = placed(one.curve.sample(self._points), self._pose)
@@ -126,9 +125,14 @@ class UsdSink(PathSink):
 
     def _close(self) -> None:
         with self._claim:
-            if self._cables:
-                write_whole(self._path, self._scene())
+            if len(self._indices) > self._tried:
+                self._write_scene()
         self._in_space.check()
+
+    def _write_scene(self) -> None:
+        if self._cables:
+            self._tried = len(self._indices)
+            write_whole(self._path, self._scene())
 
     def _scene(self) -> bytes:
         rate, codes = _time_codes(self._stamps, self._indices)
