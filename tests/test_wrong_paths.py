@@ -154,9 +154,14 @@ def test_a_list_of_lines_that_is_not_there(here: Path) -> None:
 
 
 SINKS: tuple[tuple[Callable[[str], sinks.Sink], str], ...] = (
-    *((sinks.open, ending) for ending in (".jsonl", ".npz", ".csv", ".ply", ".obj", ".mp4", ".png", ".mcap", "")),
+    *(
+        (sinks.open, ending)
+        for ending in (".jsonl", ".npz", ".csv", ".ply", ".obj", ".usda", ".xml", ".mp4", ".png", ".mcap", "")
+    ),
     *((kind, ".x") for kind in (sinks.JsonLinesSink, sinks.NpzSink, sinks.CsvSink, sinks.OverlayImagesSink)),
     (sinks.GeometrySink, ".ply"),
+    (sinks.UsdSink, ".usda"),
+    (sinks.MujocoSink, ".xml"),
     (sinks.OverlayVideoSink, ".mov"),
     (sinks.OverlayPictureSink, ".jpg"),
     (ros.BagSink, ".x"),
@@ -202,7 +207,7 @@ def test_what_is_written_to_a_pipe_goes_into_it(here: Path, make: Callable[[str]
     assert Path(name).is_fifo()  # it was neither replaced nor removed
 
 
-@pytest.mark.parametrize("ending", [".npz", ".ply", ".obj"])
+@pytest.mark.parametrize("ending", [".npz", ".ply", ".obj", ".usda", ".xml"])
 def test_what_must_be_replaced_as_a_whole_is_no_pipe(here: Path, ending: str) -> None:
     os.mkfifo(f"written{ending}")
     error = at_once(lambda: sinks.open(f"written{ending}"))

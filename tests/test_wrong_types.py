@@ -178,6 +178,7 @@ def calls(folder: Path) -> dict[str, Call]:
             "index": 1,
             "name": "a",
             "instances": MASK,
+            "grippers": np.ones((1, 4)),
         },
         "FrameResult": {"detections": (), "tracks": (), "reason": None, "size": (4, 6), "frame": FRAME},
         "HsvRange": {"hue": (1, 2), "saturation": (3, 4), "value": (5, 6)},

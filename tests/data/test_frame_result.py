@@ -194,7 +194,7 @@ class TestFromDict:
 
 class TestSave:
     @pytest.mark.parametrize(
-        "name", ["a.jsonl", "a.ndjson", "a.npz", "a.csv", "a.ply", "a.obj", "a.png", "a.mp4", "new/"]
+        "name", ["a.jsonl", "a.ndjson", "a.npz", "a.csv", "a.ply", "a.obj", "a.usda", "a.xml", "a.png", "a.mp4", "new/"]
     )
     def test_the_name_says_the_kind(self, tmp_path: Path, name: str):
         tracked().save(f"{tmp_path}/{name}")

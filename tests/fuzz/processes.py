@@ -83,7 +83,7 @@ def _file_size(limit: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-KINDS = ("a.jsonl", "a.npz", "a.csv", "a.ply", "a.mp4", "pictures")
+KINDS = ("a.jsonl", "a.npz", "a.csv", "a.ply", "a.usda", "a.xml", "a.mp4", "pictures")
 
 
 @dataclass(frozen=True)
@@ -98,9 +98,8 @@ def full_disk(rng: Rng) -> FullDisk:
     return FullDisk(KINDS[int(rng.integers(len(KINDS)))], int(np.exp(rng.uniform(0, np.log(200_000)))))
 
 
-def _opened(folder: Path, name: str) -> Any:
-    options: dict[str, dict[str, Any]] = {"a.ply": {"radius_m": 0.005}, "a.mp4": {"draw": examples.draw}}
-    return sinks.open(folder / name, **options.get(name, {"draw": examples.draw} if name == "pictures" else {}))
+def _opened(folder: Path, name: str) -> sinks.Sink:
+    return examples.open_sink(f"{folder}/{name}")
 
 
 def check_full_disk(case: FullDisk, folder: Path) -> None:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import itertools
 import sys
-from pathlib import Path
 
 import sink_examples as examples
 
 from dloftbs import sinks
 
-NAMES = ("a.jsonl", "a.npz", "a.csv", "a.ply", "a.json", "a.mp4", "pictures/", "b.labelme/")
+NAMES = ("a.jsonl", "a.npz", "a.csv", "a.ply", "a.usda", "a.xml", "a.json", "a.mp4", "pictures/", "b.labelme/")
 
 
 def main(folder: str) -> None:
-    options = {".ply": {"radius_m": 0.005}, ".mp4": {"draw": examples.draw}, "": {"draw": examples.draw}}
-    opened = [sinks.open(f"{folder}/{name}", **options.get(Path(name).suffix, {})) for name in NAMES]
+    opened = [examples.open_sink(f"{folder}/{name}") for name in NAMES]
     with sinks.MultiSink(opened) as sink:
         for i in itertools.count():
             sink.write(examples.frame(i), examples.detected(i, in_space=i % 2 == 0))

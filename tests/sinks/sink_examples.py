@@ -68,5 +68,6 @@ def draw(frame: Frame, result: FrameResult) -> np.ndarray:
 def open_sink(name: str) -> sinks.Sink:
     """Open a sink of any kind that writes what is made here."""
     in_space, drawn = {"radius_m": 0.005}, {"draw": draw}
-    options: dict[str, dict[str, Any]] = {".ply": in_space, ".obj": in_space, ".mp4": drawn, "": drawn}
+    options: dict[str, dict[str, Any]] = {".mp4": drawn, "": drawn}
+    options |= dict.fromkeys((".ply", ".obj", ".usda", ".xml"), in_space)
     return sinks.open(name, **options.get(Path(name).suffix, {}))

@@ -18,7 +18,7 @@ from dloftbs.support import claims
 from dloftbs.support.claims import Claim
 
 WRITER = Path(__file__).with_name("process_that_writes.py")
-NAMES = ("a.jsonl", "a.npz", "a.csv", "b.ply", "a.json", "a.mp4", "pictures/", "c.labelme/")
+NAMES = ("a.jsonl", "a.npz", "a.csv", "b.ply", "a.usda", "a.xml", "a.json", "a.mp4", "pictures/", "c.labelme/")
 
 
 def start(folder, *names):
@@ -65,7 +65,7 @@ def test_two_sinks_in_one_process(tmp_path, name):
     open_sink(f"{tmp_path}/{name}").close()
 
 
-@pytest.mark.parametrize("name", ["a.jsonl", "a.npz", "a.csv", "b.ply", "a.json"])
+@pytest.mark.parametrize("name", ["a.jsonl", "a.npz", "a.csv", "b.ply", "a.usda", "a.xml", "a.json"])
 def test_a_sink_that_cannot_be_opened_holds_nothing(tmp_path, name):
     (tmp_path / name).mkdir()
     with pytest.raises(SinkError, match="Is a directory"):

@@ -64,7 +64,7 @@ def test_a_video_ends_with_a_whole_fragment(tmp_path):
 
 @pytest.mark.slow
 def test_what_is_replaced_as_a_whole_stays_as_it_was(tmp_path):
-    assert fill(tmp_path, 1000, "a.ply", "a.obj") == [0, 0]
+    assert fill(tmp_path, 1000, "a.ply", "a.obj", "a.usda", "a.xml") == [0, 0, 0, 0]
     assert list(tmp_path.iterdir()) == []
     assert fill(tmp_path, 100, "pictures") == [0]
     assert list((tmp_path / "pictures").iterdir()) == []

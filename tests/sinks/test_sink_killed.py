@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 import cv2
 import numpy as np
@@ -54,6 +55,10 @@ def test_after_a_kill_every_frame_written_can_be_read(killed):
     meshes = sorted((folder / "a").glob("*.ply"))
     assert count <= len(meshes) + (folder / "a.ply").is_file() <= count + 1
 
+    samples = (folder / "a.usda").read_text().partition("timeSamples = {\n")[2].partition("}")[0].splitlines()[:-1]
+    assert count < 4 or 2 * len(samples) >= count // 2  # every second frame has objects in space
+    ElementTree.parse(folder / "a.xml")
+
     pictures = read_video(folder / "a.mp4")
     whole = count - 1  # a fragment ends where the next picture begins
     assert len(pictures) >= whole
@@ -81,7 +86,9 @@ def read_video(path: Path) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), RuntimeError("the camera is gone")])
-@pytest.mark.parametrize("name", ["a.jsonl", "a.npz", "a.csv", "a.ply", "a.json", "a.mp4", "pictures/", "b.labelme/"])
+@pytest.mark.parametrize(
+    "name", ["a.jsonl", "a.npz", "a.csv", "a.ply", "a.usda", "a.xml", "a.json", "a.mp4", "pictures/", "b.labelme/"]
+)
 def test_an_error_in_the_block_closes_the_sink(tmp_path, name, error):
     sink = examples.open_sink(f"{tmp_path}/{name}")
 

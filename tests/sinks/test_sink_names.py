@@ -108,7 +108,7 @@ def test_any_names_stay_in_their_folder(tmp_path_factory, names):
     check(root, root / "a" / "pictures", len(names))
 
 
-@pytest.mark.parametrize("suffix", [".jsonl", ".csv", ".npz", ".ply", ".obj", ".json", ".mp4"])
+@pytest.mark.parametrize("suffix", [".jsonl", ".csv", ".npz", ".ply", ".obj", ".usda", ".xml", ".json", ".mp4"])
 def test_names_of_frames_name_no_other_files(tmp_path, suffix):
     folder = tmp_path / "a" / "b"
     write(examples.open_sink(f"{folder}/out{suffix}"), NAMES)

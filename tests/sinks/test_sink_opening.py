@@ -19,6 +19,8 @@ FILES = {
     "a.CSV": sinks.CsvSink,
     "a.ply": sinks.GeometrySink,
     "a.obj": sinks.GeometrySink,
+    "a.usda": sinks.UsdSink,
+    "a.xml": sinks.MujocoSink,
     "a.json": sinks.CocoSink,
     "a.mp4": sinks.OverlayVideoSink,
     "a.mov": sinks.OverlayVideoSink,

@@ -4,6 +4,16 @@ from __future__ import annotations
 
 from dloftbs.camera.lens_models import LensModel
 from dloftbs.camera.pinhole import CameraLike, PinholeCamera, as_camera
+from dloftbs.camera.poses import as_pose, read_pose, rotation_about
 from dloftbs.camera.registration import DepthRegistration
 
-__all__ = ["CameraLike", "DepthRegistration", "LensModel", "PinholeCamera", "as_camera"]
+__all__ = [
+    "CameraLike",
+    "DepthRegistration",
+    "LensModel",
+    "PinholeCamera",
+    "as_camera",
+    "as_pose",
+    "read_pose",
+    "rotation_about",
+]

@@ -7,7 +7,7 @@ import os
 import shlex
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,12 +19,14 @@ from dloftbs.errors import ConfigError, InputError
 if TYPE_CHECKING:
     from dloftbs.camera import DepthRegistration, PinholeCamera
     from dloftbs.config import Config, HsvRange, Roi
+    from dloftbs.robot import JointStates
     from dloftbs.sources import Source
     from dloftbs.sources.pixels import Kind
+    from dloftbs.support.arrays import FloatArray
 
 Command = Callable[..., None]
 
-DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".json", ".labelme", ".mcap")
+DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".usda", ".xml", ".json", ".labelme", ".mcap")
 CAMERA_SUFFIXES = (".yaml", ".yml", ".json", ".xml")
 STANDARD_OUTPUT = "-"
 
@@ -242,6 +244,87 @@ def parse_changes(context: click.Context, parameter: click.Parameter, texts: tup
 
 
 @dataclass(frozen=True)
+class RobotOptions:
+    """Files of a robot that is rendered into the frames' occluders."""
+
+    robot: str
+    joints: str
+
+    def wrap(self, source: Source, where: str | Sequence[str], pose: FloatArray | None) -> Source:
+        """Return a source, which `where` named, with the robot in its frames; closing this closes the source.
+
+        Raises
+        ------
+        InputError, SourceError
+            As the readers of the files and `RobotSource`; the source is closed then.
+        """
+        from dloftbs.robot import RobotModel, RobotSource
+
+        try:
+            read = RobotModel.from_urdf if Path(self.robot).suffix.lower() == ".urdf" else RobotModel.from_yaml
+            return RobotSource(source, read(self.robot), self._joints_in(where), pose)
+        except BaseException:
+            source.close()
+            raise
+
+    def _joints_in(self, where: str | Sequence[str]) -> JointStates:
+        from dloftbs.robot import JointStates
+        from dloftbs.sources.recordings import is_recording
+
+        if isinstance(where, str) and is_recording(Path(where)) and not Path(self.joints).is_file():
+            from dloftbs.ros.joint_messages import read_joints
+
+            return read_joints(where, self.joints)
+        return JointStates.from_csv(self.joints)
+
+
+def robot_options(command: Command) -> Command:
+    """Add the options that name a robot; they go into the `inputs` of the command."""
+
+    @click.option(
+        "--robot",
+        type=FilledPath(),
+        metavar="YAML|URDF",
+        help="Robot that may hide cables: capsules, joints and grippers in YAML, or a URDF (extra robot). It is "
+        "rendered into the frames' occluders; ends that a gripper holds are `held`. It needs --joints and --camera.",
+    )
+    @click.option(
+        "--joints",
+        type=FilledPath(),
+        metavar="CSV|TOPIC",
+        help="Positions of the robot's joints: a column time (seconds, as the frames' stamps) or frame, then one of "
+        "the name of each joint; or a topic of JointState in the recording that is read.",
+    )
+    @click.option(
+        "--camera-pose",
+        type=FilledPath(),
+        metavar="FILE",
+        help="Pose of the camera in the world, or the robot's base, YAML: translation_m, and rotation, quaternion_xyzw "
+        "or rpy; or a matrix (4, 4). It replaces the camera_pose of the robot's YAML; .usda and .xml are in the world.",
+    )
+    @functools.wraps(command)
+    def with_robot(
+        *args: Any,
+        robot: str | None,
+        joints: str | None,
+        camera_pose: str | None,
+        inputs: InputOptions,
+        **kwargs: Any,
+    ) -> None:
+        if (robot is None) != (joints is None):
+            raise click.UsageError("--robot and --joints go together")
+        if camera_pose is not None:
+            from dloftbs.camera import read_pose
+
+            inputs = replace(inputs, pose=read_pose(camera_pose))
+        if robot is not None and joints is not None:
+            inputs = replace(inputs, robot=RobotOptions(robot, joints))
+        command(*args, inputs=inputs, **kwargs)
+
+    return with_robot
+
+
+@dataclass(frozen=True)
 class InputOptions:
     """Options of reading frames: the arguments of `dloftbs.sources.open`."""
 
@@ -257,6 +340,8 @@ class InputOptions:
     info_topic: str | None = None
     instances: str | None = None
     mask_topic: str | None = None
+    robot: RobotOptions | None = None
+    pose: FloatArray | None = None
 
     def open(
         self,
@@ -279,7 +364,7 @@ class InputOptions:
         from dloftbs import sources
         from dloftbs.sources.pixels import kind_for
 
-        return sources.open(
+        source = sources.open(
             where,
             kind=kind_for(self.kind, segmented=segmented),
             depth=self.depth,
@@ -297,6 +382,7 @@ class InputOptions:
             mask_topic=self.mask_topic,
             keep_messages=keep_messages,
         )
+        return source if self.robot is None else self.robot.wrap(source, where, self.pose)
 
     def tune_command(self, where: str | Sequence[str]) -> str:
         """Return the command that makes a configuration for an input, as a shell takes it."""
@@ -507,8 +593,8 @@ out_option = click.option(
     type=FilledPath(),
     metavar="FILE",
     callback=check_data_paths,
-    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj; labels for training to .json (COCO: "
-    "masks) or a folder .labelme (lines); .mcap, or another folder that ends in /, is a recording of ROS; - is JSON "
-    "lines on standard output. Repeatable. "
+    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj, and for simulators .usda (USD) or "
+    ".xml (MuJoCo); labels for training to .json (COCO: masks) or a folder .labelme (lines); .mcap, or another folder "
+    "that ends in /, is a recording of ROS; - is JSON lines on standard output. Repeatable. "
     "The configuration used is written beside the first file, as NAME.config.yaml.",
 )

@@ -19,6 +19,7 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import ConfigError, SinkError
 from dloftbs.pipeline import Pipeline
 from dloftbs.sinks import MultiSink, Sink
+from dloftbs.support.arrays import FloatArray
 from dloftbs.support.json_text import encode_line
 from dloftbs.support.safe_files import sink_errors, write_whole
 from dloftbs.support.text import readable
@@ -37,10 +38,13 @@ class StandardOutput(Sink):
         """Every line is out already."""
 
 
-def open_outputs(paths: Sequence[str], *more: Sink, with_input: bool = False) -> MultiSink:
+def open_outputs(
+    paths: Sequence[str], *more: Sink, with_input: bool = False, pose: FloatArray | None = None
+) -> MultiSink:
     """Open a sink for each path, ``"-"`` being standard output, and gather them with those that are open already.
 
-    Recordings of ROS hold the input, too, where `with_input` says so.
+    Recordings of ROS hold the input, too, where `with_input` says so. Scenes for simulators are in the world in which
+    the camera has a `pose`.
 
     Raises
     ------
@@ -50,7 +54,7 @@ def open_outputs(paths: Sequence[str], *more: Sink, with_input: bool = False) ->
     with ExitStack() as stack:
         opened = [stack.enter_context(sink) for sink in more]
         for path in paths:
-            opened.append(stack.enter_context(_open_data(path, with_input)))
+            opened.append(stack.enter_context(_open_data(path, with_input, pose)))
         together = MultiSink(opened)
         stack.pop_all()
     return together
@@ -62,11 +66,12 @@ def is_recording(path: str) -> bool:
     return suffix == sinks.BAG_SUFFIX or (path.endswith("/") and suffix != sinks.LABELME_SUFFIX)
 
 
-def _open_data(path: str, with_input: bool) -> Sink:
+def _open_data(path: str, with_input: bool, pose: FloatArray | None) -> Sink:
     if path == STANDARD_OUTPUT:
         return StandardOutput()
     if not is_recording(path):
-        return sinks.open(path)
+        is_scene = sinks.kind_of(path) in (sinks.UsdSink, sinks.MujocoSink)
+        return sinks.open(path, pose=pose) if is_scene else sinks.open(path)
     from dloftbs.ros import BagSink
 
     return BagSink(path, with_input=with_input)

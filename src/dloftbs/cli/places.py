@@ -23,7 +23,19 @@ from dloftbs.sources.recordings import BAG_SUFFIXES, COMPRESSED
 from dloftbs.sources.standard_input import STANDARD_INPUT
 from dloftbs.support.safe_files import sink_errors
 
-READING = ("depth", "masks", "occluders", "instances", "camera", "registration", "config_file", "background")
+READING = (
+    "depth",
+    "masks",
+    "occluders",
+    "instances",
+    "camera",
+    "registration",
+    "config_file",
+    "background",
+    "robot",
+    "joints",
+    "camera_pose",
+)
 """Parameters of commands that name further inputs beside the frames."""
 _ONE = (*IMAGE_EXTENSIONS, ".npy")
 _FRAMES = (*IMAGE_EXTENSIONS, *BAG_SUFFIXES, COMPRESSED)
@@ -42,7 +54,7 @@ class InputFiles:
     """
 
     def __init__(self, where: Sequence[str], parameters: Mapping[str, Any]) -> None:
-        beside = [str(parameters[name]) for name in READING if parameters[name] is not None]
+        beside = [str(parameters[name]) for name in READING if parameters.get(name) is not None]
         files = [text for text in where if text != STANDARD_INPUT]
         frames = [file for text in files for file in files_of(text, _FRAMES)]
         rules = [text for text in beside if is_rule(text)]

@@ -12,7 +12,16 @@ from dloftbs.camera import PinholeCamera, as_camera
 from dloftbs.data.instance_labels import Size, are_masks_of_objects, as_labels
 from dloftbs.errors import InputError
 from dloftbs.support.array_likes import NONE_IS, as_pixels
-from dloftbs.support.arrays import AnyArray, check_depth, check_image, check_mask, looks_like_image, plane_of
+from dloftbs.support.arrays import (
+    AnyArray,
+    FloatArray,
+    as_float_array,
+    check_depth,
+    check_image,
+    check_mask,
+    looks_like_image,
+    plane_of,
+)
 from dloftbs.support.mask_values import as_probability
 from dloftbs.support.values import (
     DEPTH_UNITS_M,
@@ -73,6 +82,9 @@ class Frame:
         Label image of single objects, held as uint16: 0 is ground, any other number an object. Also a stack (N, H, W),
         a list of masks or of SAM's dictionaries, of which object k becomes k + 1 (see `instance_labels.as_labels`).
         Without a mask, `mask` is where they are not 0; beside a mask they only say which pixels belong together.
+    grippers : array_like, shape (n, 4), optional
+        Places at which something holds cables: x, y, z in the camera's frame and a radius, metres. The end of a track
+        this near is `held`.
 
     Raises
     ------
@@ -92,6 +104,7 @@ class Frame:
     depth_unit_m: float = MILLIMETRE_M
     mask_is: str = "auto"
     instances: AnyArray | None = None
+    grippers: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.image is None and self.mask is None and self.instances is None:
@@ -135,6 +148,7 @@ class Frame:
             stamp=check_stamp(self.stamp),
             name=check_text("name", self.name),
             depth_unit_m=check_number("depth_unit_m", self.depth_unit_m, *DEPTH_UNITS_M),
+            grippers=None if self.grippers is None else _check_grippers(self.grippers),
         )
 
     def __repr__(self) -> str:
@@ -191,6 +205,15 @@ def _from_grey(array: AnyArray) -> AnyArray:
             f"{array.dtype}; if it is a mask, give Frame(mask=array) or array != 0"
         )
     return np.repeat(plane[:, :, None], 3, axis=2)
+
+
+def _check_grippers(grippers: npt.ArrayLike) -> FloatArray:
+    rows = as_float_array("grippers", grippers)
+    if rows.ndim != 2 or rows.shape[1] != 4 or not (rows[:, 3] >= 0.0).all():
+        raise InputError(
+            f"grippers must have shape (n, 4), x, y, z and a radius that is not negative, got {shown(rows.tolist())}"
+        )
+    return _read_only(rows)
 
 
 def _read_only(array: AnyArray) -> AnyArray:

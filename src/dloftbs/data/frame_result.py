@@ -236,7 +236,7 @@ class FrameResult:
         Parameters
         ----------
         path : str or Path
-            ``.jsonl``, ``.npz``, ``.csv``, ``.ply``, ``.png`` and so on; an older file is replaced.
+            ``.jsonl``, ``.npz``, ``.csv``, ``.ply``, ``.usda``, ``.png`` and so on; an older file is replaced.
         frame : Frame, optional
             To draw on, where the result did not keep its own. Without either, the curves are drawn over nothing.
 

@@ -51,6 +51,8 @@ class EndKind(str, Enum):
     """The curve ends at the image's border, within about a width and a half of it: the object may go on outside."""
     HIDDEN = "hidden"
     """The frame does not show this end: it was inferred, or something is known to hide what may follow."""
+    HELD = "held"
+    """A gripper of the frame holds this end, whether the frame shows it or not."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -30,6 +30,7 @@ from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.kernels import preparation
 from dloftbs.lifting import DepthEdges
+from dloftbs.pipeline.held_ends import with_held_ends
 from dloftbs.pipeline.inspection import Segments, graph_segments, trace_stages
 from dloftbs.pipeline.mask_gate import MaskGate
 from dloftbs.pipeline.plausibility import doubt_mask
@@ -189,7 +190,8 @@ class Pipeline:
             self._gate.accept(run.share, frame.stamp, shows_tracks=shows_tracks)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         result = _result(frame, run, tracks)
-        return result if region is None else WholeImage(region, whole).result(result)
+        result = result if region is None else WholeImage(region, whole).result(result)
+        return result if whole.grippers is None else with_held_ends(result, whole.grippers, whole.camera)
 
     def detect(self, frame: Frame | npt.ArrayLike) -> FrameResult:
         """Find the objects of one frame by itself: the result keeps the frame, and has no tracks.

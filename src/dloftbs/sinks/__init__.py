@@ -1,7 +1,7 @@
-"""Outputs: JSON lines, arrays, tables, geometry, labels, videos, pictures and recordings of ROS.
+"""Outputs: JSON lines, arrays, tables, geometry, scenes, labels, videos, pictures and recordings of ROS.
 
-Every sink is a context manager; what it has written stays readable whatever ends the process, but for arrays and COCO's
-labels, which a `NpzSink` and a `CocoSink` write when they are closed::
+Every sink is a context manager; what it has written stays readable whatever ends the process, but for arrays, COCO's
+labels and scenes of USD, which a `NpzSink`, a `CocoSink` and a `UsdSink` complete when they are closed::
 
     with sinks.open("cable.jsonl") as sink:
         for frame in frames:
@@ -20,6 +20,8 @@ from dloftbs.sinks.geometry import SUFFIXES as GEOMETRY_SUFFIXES
 from dloftbs.sinks.geometry import GeometrySink
 from dloftbs.sinks.jsonl import JsonLinesSink, read_json_lines
 from dloftbs.sinks.labelme import LabelmeSink
+from dloftbs.sinks.mujoco_cables import SUFFIX as MUJOCO_SUFFIX
+from dloftbs.sinks.mujoco_cables import MujocoSink
 from dloftbs.sinks.npz_curves import NpzRow, NpzSink, read_npz
 from dloftbs.sinks.overlay_pictures import (
     IMAGE_SUFFIXES,
@@ -30,6 +32,8 @@ from dloftbs.sinks.overlay_pictures import (
 )
 from dloftbs.sinks.points_csv import CsvSink
 from dloftbs.sinks.sink import MultiSink, PathSink, Sink
+from dloftbs.sinks.usd_curves import SUFFIX as USD_SUFFIX
+from dloftbs.sinks.usd_curves import UsdSink
 from dloftbs.support.values import check_path
 
 __all__ = [
@@ -38,6 +42,7 @@ __all__ = [
     "GeometrySink",
     "JsonLinesSink",
     "LabelmeSink",
+    "MujocoSink",
     "MultiSink",
     "NpzRow",
     "NpzSink",
@@ -46,6 +51,7 @@ __all__ = [
     "OverlayVideoSink",
     "PathSink",
     "Sink",
+    "UsdSink",
     "kind_of",
     "open",
     "read_json_lines",
@@ -63,6 +69,8 @@ _KINDS: dict[str, type[PathSink]] = {
     ".json": CocoSink,
     LABELME_SUFFIX: LabelmeSink,
     **dict.fromkeys(GEOMETRY_SUFFIXES, GeometrySink),
+    USD_SUFFIX: UsdSink,
+    MUJOCO_SUFFIX: MujocoSink,
     **dict.fromkeys(VIDEO_SUFFIXES, OverlayVideoSink),
     **dict.fromkeys(IMAGE_SUFFIXES, OverlayPictureSink),
 }
@@ -101,10 +109,10 @@ def kind_of(path: str | Path) -> type[PathSink]:
     ----------
     path : str or Path
         ``.mcap``: `dloftbs.ros.BagSink` (extra ``ros``). ``.jsonl`` or ``.ndjson``: `JsonLinesSink`. ``.npz``:
-        `NpzSink`. ``.csv``: `CsvSink`. ``.ply`` or ``.obj``: `GeometrySink`. ``.json``: `CocoSink`. ``.labelme``, with
-        or without a slash behind it: `LabelmeSink`. ``.mp4`` or ``.mov``: `OverlayVideoSink`. ``.png``, ``.jpg`` and so
-        on, unless it is a folder: `OverlayPictureSink`. No suffix, a slash at the end, or a folder that exists:
-        `OverlayImagesSink`.
+        `NpzSink`. ``.csv``: `CsvSink`. ``.ply`` or ``.obj``: `GeometrySink`. ``.usda``: `UsdSink`. ``.xml``:
+        `MujocoSink`. ``.json``: `CocoSink`. ``.labelme``, with or without a slash behind it: `LabelmeSink`. ``.mp4`` or
+        ``.mov``: `OverlayVideoSink`. ``.png``, ``.jpg`` and so on, unless it is a folder: `OverlayPictureSink`. No
+        suffix, a slash at the end, or a folder that exists: `OverlayImagesSink`.
 
     Raises
     ------

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-import logging
-import math
 import os
 from collections import deque
 from pathlib import Path
 
-import numpy as np
-
 from dloftbs.camera import PinholeCamera
-from dloftbs.data.curve import BSplineCurve
-from dloftbs.data.detection import Detection
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.errors import InputError, SinkError
+from dloftbs.errors import InputError
 from dloftbs.sinks import _mesh
-from dloftbs.sinks._rows import ObjectRow, inside, object_rows
+from dloftbs.sinks._in_space import SpaceObject, SpaceObjects, check_radius
+from dloftbs.sinks._rows import inside
 from dloftbs.sinks.sink import PathSink
 from dloftbs.support.safe_files import UnusedNames, claim_replaceable, sink_errors, write_whole
-
-logger = logging.getLogger("dloftbs.sinks")
 
 _FORMATS = {".ply": _mesh.ply, ".obj": _mesh.obj}
 SUFFIXES = tuple(_FORMATS)
@@ -75,29 +68,18 @@ class GeometrySink(PathSink):
             raise InputError(f"a geometry's name must end in {', '.join(SUFFIXES)}, got {str(path)!r}")
         if form not in FORMS:
             raise InputError(f"form must be one of {', '.join(FORMS)}, got {form!r}")
-        if radius_m is not None and not 0.0 < radius_m < math.inf:
-            raise InputError(f"radius_m must be a positive number, got {radius_m!r}")
-        self._form, self._radius_m, self._caps = form, radius_m, caps
+        self._form, self._radius_m, self._caps = form, check_radius(radius_m), caps
         self._name = UnusedNames()
         self._only: Path | None = None
         self._waiting = deque[Path]()  # files of the frames before the first object in space
-        self._frames = self._written = self._objects = self._left_out = 0
-        self._first_reason = ""
+        self._in_space = SpaceObjects(self._path)
+        self._written = 0
         self._claim = claim_replaceable(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
-        items = []
-        for row in object_rows(result):
-            if row.detection is None:
-                continue
-            self._objects += 1
-            if row.curve_3d is None:
-                self._leave_out(row, row.detection, result)
-            else:
-                items.append(self._item(row, row.detection, row.curve_3d, frame.camera))
+        items = [self._item(one, frame.camera) for one in self._in_space.of(result)]
         folder = self._path.with_suffix("")
         target = folder / f"{self._name(f'{result.index:06d}')}{self._suffix}"
-        self._frames += 1
         if self._written == 0 and not items:
             self._waiting.append(target)
             return
@@ -118,56 +100,18 @@ class GeometrySink(PathSink):
         write_whole(target, _FORMATS[self._suffix](items))
         self._written += 1
 
-    def _item(
-        self, row: ObjectRow, detection: Detection, curve: BSplineCurve, camera: PinholeCamera | None
-    ) -> _mesh.Item:
+    def _item(self, one: SpaceObject, camera: PinholeCamera | None) -> _mesh.Item:
         from dloftbs.viz import Style
 
+        curve = one.curve
         if self._form == "line":
             shape = _mesh.line(curve, curve.length / _LINE_POINTS)
         else:
-            shape = _mesh.tube(curve, self._radius_m or _radius_m(detection, curve, camera), caps=self._caps)
-        blue, green, red = Style().colour(row.track_id - 1 if row.track_id else row.number)
-        seen_not = inside(shape.u, detection.inferred_3d)
-        return _mesh.Item(row.name, shape, (red, green, blue), seen_not)
-
-    def _leave_out(self, row: ObjectRow, detection: Detection, result: FrameResult) -> None:
-        self._left_out += 1
-        if self._left_out == 1:
-            self._first_reason = detection.no_3d_reason or "nobody said why"
-            logger.warning(
-                "frame %d: object %d is not in %s, since it has no curve in space: %s",
-                result.index,
-                row.name,
-                self._path.name,
-                self._first_reason,
-            )
+            shape = _mesh.tube(curve, self._radius_m or one.radius_m(camera), caps=self._caps)
+        blue, green, red = Style().colour(one.order)
+        seen_not = inside(shape.u, one.detection.inferred_3d)
+        return _mesh.Item(one.row.name, shape, (red, green, blue), seen_not)
 
     def _close(self) -> None:
         self._claim.release()
-        if self._frames and self._objects == self._left_out:
-            raise SinkError(f"nothing was written to {str(self._path)!r}: {self._why_empty()}")
-        if self._left_out > 1:
-            logger.warning(
-                "%s lacks %d of %d objects, since they have no curve in space",
-                self._path.name,
-                self._left_out,
-                self._objects,
-            )
-
-    def _why_empty(self) -> str:
-        frames = "the frame" if self._frames == 1 else f"the {self._frames} frames"
-        if self._left_out == 0:
-            return f"{frames} showed no object that could have a curve in space"
-        return (
-            f"no object in {frames} has a curve in space: {self._first_reason}. Curves in space need depth and the "
-            "camera's intrinsics (Frame.depth and Frame.camera, --depth and --camera)"
-        )
-
-
-def _radius_m(detection: Detection, curve: BSplineCurve, camera: PinholeCamera | None) -> float:
-    """Return half the width in space that the width in the image has at the curve's distance."""
-    if camera is None:
-        raise InputError("the radius of a tube needs the frame's camera, or radius_m; got neither")
-    depth_m = float(np.median(curve.sample(_LINE_POINTS)[:, 2]))
-    return 0.5 * detection.width_px * depth_m / math.sqrt(camera.fx * camera.fy)
+        self._in_space.check()

@@ -39,7 +39,7 @@ class Sink(ABC):
     """A place where results go; a context manager that closes itself, whatever ends the block.
 
     What `write` returned for stays readable whatever happens next, a killed process included; each sink says in what
-    form. Only a `NpzSink` and a `CocoSink` keep it in memory until `close`.
+    form. Only a `NpzSink` and a `CocoSink` keep it in memory until `close`, and an `UsdSink` up to half of it.
     """
 
     @abstractmethod

@@ -114,7 +114,7 @@ def batch(
     if scheduler is not None and jobs is not None:
         raise click.UsageError("--jobs goes with the processes of this machine, not with --scheduler")
     settings = BatchSettings(StreamOptions(inputs, config, fps, every, limit), f".{form}", retry_failed)
-    read = [Path(str(context.params[name])) for name in READING if context.params[name] is not None]
+    read = [Path(str(context.params[name])) for name in READING if context.params.get(name) is not None]
     items = shard.of(list_inputs(where, out, settings.suffix, read))
     known, left = _what_is_left(items, settings)
     _write_config(out, config)

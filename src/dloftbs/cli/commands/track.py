@@ -20,6 +20,7 @@ from dloftbs.cli.options import (
     limit_option,
     out_option,
     prints_to_terminal,
+    robot_options,
     stages_option,
     with_input_option,
 )
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     "--view", is_flag=True, help="Show the curves live on a page while tracking; a recording waits until it is open."
 )
 @input_options
+@robot_options
 @config_options
 @page_options
 @click.pass_context
@@ -113,7 +115,7 @@ def track(
     try:
         with ExitStack() as stack:
             stack.enter_context(run)
-            sink = stack.enter_context(_open_sink(outputs, run.fps, config, with_input))
+            sink = stack.enter_context(_open_sink(outputs, run.fps, config, with_input, inputs))
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
@@ -149,10 +151,10 @@ def _open_page(
     return feed.publish
 
 
-def _open_sink(outputs: Outputs, fps: float | None, config: Config, with_input: bool) -> Sink:
+def _open_sink(outputs: Outputs, fps: float | None, config: Config, with_input: bool, inputs: InputOptions) -> Sink:
     from dloftbs.cli.outputs import open_all_pictures, open_outputs
     from dloftbs.pipeline import Pipeline
 
     # Another pipeline, since what is drawn is drawn in another thread.
     drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0)
-    return open_outputs(outputs.data, *drawn, with_input=with_input)
+    return open_outputs(outputs.data, *drawn, with_input=with_input, pose=inputs.pose)

@@ -1,0 +1,64 @@
+"""Positions of joints from a CSV file, at the times of frames."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dloftbs.data.frame import Frame
+from dloftbs.errors import InputError, SourceError
+from dloftbs.robot import JointStates
+
+MASK = np.zeros((4, 5), bool)
+
+
+def states(tmp_path, text):
+    (tmp_path / "joints.csv").write_text(text)
+    return JointStates.from_csv(tmp_path / "joints.csv")
+
+
+def test_between_two_rows_positions_are_in_proportion(tmp_path):
+    joints = states(tmp_path, "time, a, b\n10.0, 0.0, 1.0\n\n10.1, 1.0, 1.0\n10.2, 3.0, 1.0\n")
+    assert joints.at(Frame(mask=MASK, stamp=10.15)) == pytest.approx({"a": 2.0, "b": 1.0})
+    assert joints.at(Frame(mask=MASK, stamp=10.25)) == pytest.approx({"a": 3.0, "b": 1.0})
+    assert joints.at(Frame(mask=MASK, stamp=9.8)) is None
+    assert joints.at(Frame(mask=MASK, stamp=10.4)) is None
+
+
+def test_in_a_long_gap_they_are_unknown(tmp_path):
+    rows = "".join(f"{t},{t}\n" for t in (0.0, 0.1, 0.2, 1.0, 1.1, 1.2))
+    joints = states(tmp_path, f"time,a\n{rows}")
+    assert joints.at(Frame(mask=MASK, stamp=0.6)) is None
+    assert joints.at(Frame(mask=MASK, stamp=0.3)) is not None
+
+
+def test_frames_are_found_by_their_index(tmp_path):
+    joints = states(tmp_path, "frame,a\n0,0.5\n2,0.7\n")
+    assert joints.at(Frame(mask=MASK, index=2)) == {"a": 0.7}
+    assert joints.at(Frame(mask=MASK, index=1, stamp=1.0)) is None
+
+
+def test_times_need_stamps(tmp_path):
+    joints = states(tmp_path, "time,a\n0,0.5\n")
+    with pytest.raises(InputError, match="joints with times need frames with stamps: give --fps, or a column frame"):
+        joints.at(Frame(mask=MASK))
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("", "joints need a header: time .* got nothing"),
+        ("a,b\n1,2\n", "joints need a header: .* got a,b"),
+        ("time\n1\n", "got time"),
+        ("time,a,a\n1,2,3\n", "got time,a,a"),
+        ("time,a\n", "times of joints must be one or more"),
+        ("time,a\n1,2\n1,3\n", "rise from row to row"),
+        ("frame,a\n2,2\n1,3\n", "frames of joints must be one or more, and rise"),
+        ("time,a\n1,x\n", "line 2: could not convert"),
+        ("time,a\n1,2\n2\n", "line 3 must have 2 finite numbers, got 2"),
+        ("time,a\n1,nan\n", "line 2 must have 2 finite numbers, got 1,nan"),
+    ],
+)
+def test_a_file_that_is_wrong_says_where(tmp_path, text, what):
+    with pytest.raises(SourceError, match=rf"joints\.csv: {what}|joints\.csv: .*{what}"):
+        states(tmp_path, text)

@@ -1,0 +1,80 @@
+"""Joints of a robot from a recording."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cli.cli_inputs import run
+from ros import bag_examples as bags
+
+from dloftbs import sources
+from dloftbs.errors import SourceError
+from dloftbs.robot import RobotModel, RobotSource
+from dloftbs.ros.joint_messages import read_joints
+
+TOPIC = "/joint_states"
+ROBOT = """
+joints:
+  - {name: rail, type: prismatic, parent: base, child: arm, axis: [1, 0, 0]}
+capsules:
+  - {link: arm, start_m: [0, -0.5, 0.5], end_m: [0, 0.5, 0.5], radius_m: 0.03}
+camera_pose: {translation_m: [0, 0, 0]}
+"""
+
+
+def joints_at(stamp_ns, names, positions, make=bags.MAKE2):
+    empty = np.zeros(0)
+    place = np.array(positions, np.float64)
+    fields = {"name": names, "position": place, "velocity": empty, "effort": empty}
+    return TOPIC, stamp_ns, make("sensor_msgs/msg/JointState", header=bags.header(make, stamp_ns), **fields)
+
+
+def recorded(path, make=bags.MAKE2):
+    entries = bags.entries(4, make=make)
+    for i in range(4):
+        at = bags.stamp_of(i)
+        entries += [joints_at(at, ["rail"], [0.01 * i], make), joints_at(at + 1000, ["finger"], [0.5], make)]
+    entries.append(joints_at(bags.stamp_of(3) + 5000, ["rail", "finger"], [], make))
+    return bags.write_ros1(path, entries) if make is bags.MAKE1 else bags.write_mcap(path, entries)
+
+
+@pytest.mark.parametrize(("name", "make"), [("a.mcap", bags.MAKE2), ("a.bag", bags.MAKE1)])
+def test_joints_of_several_publishers_are_there_when_a_frame_was_taken(tmp_path, name, make):
+    recorded(tmp_path / name, make)
+    joints = read_joints(tmp_path / name, TOPIC)
+    with sources.open(tmp_path / name, topic=bags.COLOUR_TOPIC) as source:
+        found = [joints.at(frame) for frame in source]
+    assert [one["rail"] for one in found] == pytest.approx([0.0, 0.01, 0.02, 0.03], abs=1e-6)
+    assert {one["finger"] for one in found} == {0.5}
+
+
+def test_a_message_that_is_wrong_is_left_out_with_a_warning(tmp_path, caplog):
+    good = [joints_at(bags.stamp_of(i), ["rail"], [0.1]) for i in range(3)]
+    bags.write_mcap(
+        tmp_path / "a.mcap", [*good, *(joints_at(bags.stamp_of(3 + i), ["rail"], [1, 2]) for i in range(2))]
+    )
+    assert len(read_joints(tmp_path / "a.mcap", TOPIC)._keys) == 3
+    assert len(caplog.messages) == 1
+    assert "a message of /joint_states is left out: a JointState has 1 names and 2 positions" in caplog.text
+
+
+def test_a_topic_without_joints_is_an_error(tmp_path):
+    recorded(tmp_path / "a.mcap")
+    with pytest.raises(SourceError, match=r"no joints on '/joints'; topics of JointState are: /joint_states"):
+        read_joints(tmp_path / "a.mcap", "/joints")
+    bags.write_mcap(tmp_path / "b.mcap", [joints_at(bags.stamp_of(0), ["rail"], [])])
+    with pytest.raises(SourceError, match="no message of /joint_states holds the position of a joint"):
+        read_joints(tmp_path / "b.mcap", TOPIC)
+
+
+def test_the_command_takes_the_topic(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    recorded(tmp_path / "a.mcap")
+    (tmp_path / "robot.yaml").write_text(ROBOT)
+    run("track", "a.mcap", "--topic", bags.COLOUR_TOPIC, "--hsv", "170:10", "--robot", "robot.yaml", "--joints", TOPIC,
+        "--out", "a.jsonl")  # fmt: skip
+    assert len((tmp_path / "a.jsonl").read_text().splitlines()) == 4
+    with sources.open("a.mcap", topic=bags.COLOUR_TOPIC) as source:
+        frames = list(RobotSource(source, RobotModel.from_yaml("robot.yaml"), read_joints("a.mcap", TOPIC)))
+    assert all(frame.occluders.any() for frame in frames)
+    assert type(frames[0]).__name__ == "RosFrame"
