@@ -1,0 +1,172 @@
+"""From geometry to the passes of a diagram: of a frame's curves and crossings, and of curves in space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track
+from dloftbs.errors import InputError
+from dloftbs.support.arrays import FloatArray, as_points
+from dloftbs.support.values import check_flag, check_integer, check_type, shown
+
+_CHORDS = 400
+"""Number of chords that stand for a spline in space.
+
+Source: geometry; a curve of ten full turns strays by 3e-3 of a turn's radius from these.
+"""
+
+
+class CrossingPasses(NamedTuple):
+    """Crossing of two strands, or of one with itself, as seen with the y axis upwards."""
+
+    at: tuple[tuple[int, float], tuple[int, float]]
+    """Strand and place on it, growing along it, of both passes."""
+    cross: float
+    """Cross product of the directions of the first pass and the second."""
+    top: int | None
+    confidence: float
+    label: int
+
+
+def diagram_fields(closed: Sequence[bool], crossings: Sequence[CrossingPasses]) -> dict[str, Any]:
+    """Return the fields of a diagram, in which a crossing's first pass is that which is met first."""
+    ordered = [
+        one if one.at[0] <= one.at[1] else _exchanged(one) for one in sorted(crossings, key=lambda one: one.label)
+    ]
+    met: list[list[tuple[float, int]]] = [[] for _ in closed]
+    for number, one in enumerate(ordered):
+        for strand, place in one.at:
+            met[strand].append((place, number))
+    return {
+        "passes": tuple([tuple([number for _, number in sorted(strand)]) for strand in met]),
+        "closed": tuple(closed),
+        "turns": tuple([1 if one.cross > 0.0 else -1 for one in ordered]),
+        "tops": tuple([one.top for one in ordered]),
+        "confidences": tuple([one.confidence for one in ordered]),
+        "labels": tuple([one.label for one in ordered]),
+    }
+
+
+def _exchanged(one: CrossingPasses) -> CrossingPasses:
+    top = None if one.top is None else 1 - one.top
+    return one._replace(at=(one.at[1], one.at[0]), cross=-one.cross, top=top)
+
+
+def passes_of_result(result: FrameResult, objects: Sequence[int | Track] | None) -> dict[str, Any]:
+    """Return the fields of a diagram of the objects in a frame.
+
+    Raises
+    ------
+    InputError
+        If an object is not in the frame, or a crossing lies on one that does not run there.
+    """
+    check_type("result", result, FrameResult)
+    chosen = range(len(result.detections)) if objects is None else objects
+    if not isinstance(chosen, Sequence):
+        raise InputError(f"objects must be a sequence of indices of detections or of tracks, got {shown(objects)}")
+    places = [_place_of(result, one) for one in chosen]
+    strands = {detection: strand for strand, (detection, _) in enumerate(places)}
+    if len(strands) < len(places):
+        raise InputError(f"objects must differ, got {shown([detection for detection, _ in places])}")
+    found = []
+    for label, crossing in enumerate(result.crossings):
+        if not all(detection in strands for detection, _ in crossing.passes):
+            continue
+        at, directions = [], []
+        for detection, u in crossing.passes:
+            found_one = result.detections[detection]
+            away = float(np.linalg.norm(found_one.curve(u) - np.asarray(crossing.position)))
+            if away > max(found_one.width_px, 1.0):
+                raise InputError(
+                    f"crossing {label} lies {away:.3g} px from detection {detection} at u={u:.3g}, more than its width "
+                    f"of {found_one.width_px:.3g} px: crossings and detections must be those of one frame"
+                )
+            backwards = places[strands[detection]][1]
+            directions.append(found_one.curve.tangent(u) * (-1.0 if backwards else 1.0))
+            at.append((strands[detection], 1.0 - u if backwards else u))
+        # The y axis of the image points down.
+        cross = -_cross(directions[0], directions[1])
+        found.append(CrossingPasses((at[0], at[1]), float(cross), crossing.top, crossing.confidence, label))
+    closed = [result.detections[detection].curve.closed for detection, _ in places]
+    return {**diagram_fields(closed, found), "objects": tuple(strands)}
+
+
+def _place_of(result: FrameResult, one: int | Track) -> tuple[int, bool]:
+    """Return which detection an object is, and whether it is run backwards."""
+    if not isinstance(one, Track):
+        return check_integer("an object", one, 0, len(result.detections) - 1), False
+    detection, backwards = result._place_of(one)
+    if detection is None:
+        raise InputError(f"track {one.id} has no detection in this frame, and no crossings: it is {one.state.value}")
+    return detection, backwards
+
+
+def _cross(a: FloatArray, b: FloatArray) -> Any:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def passes_of_curves(
+    curves: Sequence[BSplineCurve | npt.ArrayLike], closed: bool | Sequence[bool] | None
+) -> dict[str, Any]:
+    """Return the fields of a diagram of curves in space, seen from the end of the z axis.
+
+    Raises
+    ------
+    InputError
+        If a curve has another shape, or two meet, or lie exactly above each other along a stretch or at a corner.
+    """
+    if isinstance(curves, (str, bytes)) or not isinstance(curves, Sequence):
+        raise InputError(f"curves must be a sequence of curves in space, got {shown(curves)}")
+    flags = _flags(curves, closed)
+    lines = [_polyline(curve, flag) for curve, flag in zip(curves, flags, strict=True)]
+    base = np.concatenate([np.zeros((0, 3)), *(line[:-1] for line in lines)])
+    step = np.concatenate([np.zeros((0, 3)), *(np.diff(line, axis=0) for line in lines)])
+    owner = np.concatenate([np.zeros(0, int), *(np.full(len(line) - 1, k) for k, line in enumerate(lines))])
+    place = np.concatenate([np.zeros(0, int), *(np.arange(len(line) - 1) for line in lines)])
+    found: list[CrossingPasses] = []
+    for i in range(len(base) - 1):
+        later = np.arange(i + 1, len(base))
+        same = owner[later] == owner[i]
+        beside = same & (place[later] == place[i] + 1)
+        if flags[owner[i]] and place[i] == 0:
+            beside |= same & (place[later] == len(lines[owner[i]]) - 2)
+        later = later[~beside]
+        offset, slope = base[later] - base[i], _cross(step[i], step[later])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s, t = _cross(offset, step[later]) / slope, _cross(offset, step[i]) / slope
+        for j, a, b, cross in zip(
+            *(part[(s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)] for part in (later, s, t, slope)), strict=True
+        ):
+            above = float(base[i, 2] + a * step[i, 2] - base[j, 2] - b * step[j, 2])
+            if above == 0.0 or not (0 < a < 1 and 0 < b < 1):
+                raise InputError(
+                    f"curves {owner[i]} and {owner[j]} meet, or a corner of one lies over the other: turn them a little"
+                )
+            at = (int(owner[i]), float(place[i] + a)), (int(owner[j]), float(place[j] + b))
+            found.append(CrossingPasses(at, float(cross), int(above < 0.0), 1.0, len(found)))
+    return {**diagram_fields(flags, found), "objects": tuple(range(len(flags)))}
+
+
+def _flags(curves: Sequence[Any], closed: bool | Sequence[bool] | None) -> list[bool]:
+    if closed is None:
+        return [isinstance(curve, BSplineCurve) and curve.closed for curve in curves]
+    if isinstance(closed, Sequence) and len(closed) == len(curves):
+        return [check_flag("closed", flag) for flag in closed]
+    return [check_flag("closed", closed)] * len(curves)
+
+
+def _polyline(curve: BSplineCurve | npt.ArrayLike, closed: bool) -> FloatArray:
+    """Return the corners of a curve (n, 3); of a closed one the first is the last."""
+    if isinstance(curve, BSplineCurve):
+        points = as_points("a curve", curve.sample(_CHORDS + 1), (3,))
+        return np.concatenate([points[:-1], points[:1]]) if closed else points
+    points = as_points("a curve", curve, (3,))
+    if len(points) < 2 + closed:
+        raise InputError(f"a curve needs at least {2 + closed} points, got {len(points)}")
+    return np.concatenate([points, points[:1]]) if closed else points

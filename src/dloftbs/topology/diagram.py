@@ -1,0 +1,572 @@
+"""Knot diagrams of cables: codes, invariants, and what is left to untangle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations, product
+from typing import Any, TypeVar
+
+import numpy.typing as npt
+
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track
+from dloftbs.errors import InputError
+from dloftbs.support.values import MAX_WHOLE, check_flag, check_integer, check_number, shown
+from dloftbs.topology.crossing_passes import passes_of_curves, passes_of_result
+from dloftbs.topology.knot_table import KNOTS, TABLED_CROSSINGS, Polynomial, alexander_polynomial
+from dloftbs.topology.planar_map import Move, PlanarMap
+
+_T = TypeVar("_T")
+
+MAX_UNKNOWN = 8
+"""Number of unknown orders up to which all readings are tried.
+
+Source: bounds time; 256 readings.
+"""
+
+_TRIVIAL_CROSSINGS = 10
+"""Number of crossings up to which a diagram with the polynomial 1 is no knot.
+
+Source: the least knots with that polynomial, of J. H. Conway and of S. Kinoshita and H. Terasaka, have 11 crossings.
+"""
+
+
+@dataclass(frozen=True)
+class EndMove:
+    """End of a cable to draw back through the crossing next to it.
+
+    Parameters
+    ----------
+    object : int
+        Index of the detection, as in `Diagram.objects`.
+    end : int
+        0 for the end at ``u = 0``, 1 for that at ``u = 1``.
+    crossing : int
+        Label of the crossing, its index in `FrameResult.crossings`.
+    over : bool or None
+        True if the end lies over the other strand there, and can be lifted back; False if it must be drawn back from
+        underneath; None where that is not known.
+    """
+
+    object: int
+    end: int
+    crossing: int
+    over: bool | None
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """Closed and open strands in the plane, and their crossings: a knot, a link, or cables with ends.
+
+    The properties of open strands are those of closed ones: both ends are joined over everything, which is the same as
+    leading them out of the picture over everything, and then under everything. Where an order is unknown, both readings
+    are tried. A property is None where these disagree, or where more than `MAX_UNKNOWN` orders would matter.
+
+    Parameters
+    ----------
+    passes : tuple of tuple of int
+        For each strand, the crossings that it passes, in order; each of the numbers 0, 1, ... is there twice.
+    closed : tuple of bool
+        Whether each strand is closed.
+    turns : tuple of int
+        For each crossing, 1 if the direction of its first pass is turned counter-clockwise, by less than 180 degrees,
+        to that of the second one, as seen; else -1. The first pass is the one that `passes` has first.
+    tops : tuple of int or None
+        For each crossing, which pass lies on top, 0 or 1; None where that is not known.
+    confidences : tuple of float, optional
+        Probabilities of these, each 1 where they are left out.
+    labels : tuple of int, optional
+        Names of the crossings in what they come from, such as their indices in `FrameResult.crossings`.
+    objects : tuple of int, optional
+        Names of the strands, such as the indices of the detections.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type or out of range, or no curves in the plane cross like that.
+    """
+
+    passes: tuple[tuple[int, ...], ...]
+    closed: tuple[bool, ...]
+    turns: tuple[int, ...]
+    tops: tuple[int | None, ...]
+    confidences: tuple[float, ...] = ()
+    labels: tuple[int, ...] = ()
+    objects: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        put, n = object.__setattr__, len(_sequence("turns", self.turns))
+        put(self, "passes", tuple([tuple(_sequence("passes", one)) for one in _sequence("passes", self.passes)]))
+        found = sorted(check_integer("passes", number, 0, MAX_WHOLE) for strand in self.passes for number in strand)
+        if found != [number for number in range(n) for _ in range(2)]:
+            raise InputError(f"passes must have each of the {n} crossings of turns twice, got {shown(self.passes)}")
+        put(self, "closed", tuple([check_flag("closed", one) for one in _sequence("closed", self.closed)]))
+        if set(_sequence("turns", self.turns)) - {-1, 1}:
+            raise InputError(f"turns must be 1 or -1, got {shown(self.turns)}")
+        tops = [None if top is None else check_integer("tops", top, 0, 1) for top in _sequence("tops", self.tops)]
+        put(self, "tops", tuple(tops))
+        sure = [check_number("confidences", one, 0.0, 1.0) for one in _sequence("confidences", self.confidences)]
+        put(self, "confidences", tuple(sure) or (1.0,) * n)
+        for name, count in (("labels", n), ("objects", len(self.passes))):
+            given = [check_integer(name, one, 0, MAX_WHOLE) for one in _sequence(name, getattr(self, name))]
+            if len(set(given)) < len(given):
+                raise InputError(f"{name} must differ, got {shown(given)}")
+            put(self, name, tuple(given) or tuple(range(count)))
+        for name, count in (("closed", len(self.passes)), ("tops", n), ("confidences", n), ("labels", n)):
+            if len(getattr(self, name)) != count:
+                raise InputError(f"{name} must have {count} items, got {len(getattr(self, name))}")
+        if len(self.objects) != len(self.passes):
+            raise InputError(f"objects must have {len(self.passes)} items, got {len(self.objects)}")
+        if not self._map().is_planar():
+            raise InputError(
+                "no curves in the plane have these crossings: one is missing, lies at another's place, or is none, "
+                f"among {self.labels}"
+            )
+
+    @classmethod
+    def from_result(cls, result: FrameResult, objects: Sequence[int | Track] | None = None) -> Diagram:
+        """Read the diagram of a frame's objects.
+
+        Parameters
+        ----------
+        result : FrameResult
+        objects : sequence of int or Track, optional
+            Indices of the detections to read, or tracks, which are read in their direction; else all detections.
+
+        Raises
+        ------
+        InputError
+            If an object is not seen in this frame, or its curves do not cross as `FrameResult.crossings` says.
+        """
+        return cls(**passes_of_result(result, objects))
+
+    @classmethod
+    def from_curves(
+        cls, curves: Sequence[BSplineCurve | npt.ArrayLike], closed: bool | Sequence[bool] | None = None
+    ) -> Diagram:
+        """Project curves in space along their z axis; a larger z lies on top.
+
+        In a camera's frame, whose z axis points away, the diagram is that seen from behind: orders are exchanged, and
+        what does not depend on the side is the same, such as knots, signs and linking numbers.
+
+        Parameters
+        ----------
+        curves : sequence of BSplineCurve or array_like (n, 3)
+        closed : bool or sequence of bool, optional
+            Whether the curves are closed; else splines know it, and points are open.
+
+        Raises
+        ------
+        InputError
+            If a curve has another shape, or the view is not a general one, in which curves meet at points alone.
+        """
+        return cls(**passes_of_curves(curves, closed))
+
+    @classmethod
+    def from_gauss_code(cls, code: Sequence[Sequence[int]], signs: Sequence[int]) -> Diagram:
+        """Build closed strands from a signed Gauss code, as `gauss_code` and `signs` give it.
+
+        Raises
+        ------
+        InputError
+            If the code is none.
+        """
+        tops: list[int | None] = [None] * len(_sequence("signs", signs))
+        seen: list[int] = []
+        for number in (number for strand in _sequence("code", code) for number in _sequence("code", strand)):
+            crossing = abs(check_integer("a number of code", number, -len(tops), len(tops)))
+            if not crossing:
+                raise InputError("crossings of a Gauss code are numbered from 1 on, got 0")
+            if number in seen:
+                raise InputError(f"crossing {crossing} of a Gauss code must be there once above and once below")
+            tops[crossing - 1] = int(number < 0) if -number not in seen else tops[crossing - 1]
+            seen.append(number)
+        passes = tuple([tuple([abs(number) - 1 for number in strand]) for strand in code])
+        given = [check_integer("a sign", sign, -1, 1) for sign in signs]
+        turns = tuple([-sign if top else sign for sign, top in zip(given, tops, strict=True)])
+        return cls(passes, (True,) * len(passes), turns, tuple(tops))
+
+    @classmethod
+    def from_pd_code(cls, code: Sequence[Sequence[int]]) -> Diagram:
+        """Build closed strands from a planar-diagram code: for each crossing its four edges, counter-clockwise.
+
+        The first is that by which the strand below comes in. A strand that lies over all others has no direction in
+        such a code, and gets one.
+
+        Raises
+        ------
+        InputError
+            If the code is none.
+        """
+        return cls._of_map(PlanarMap.from_pd_code([_sequence("code", one) for one in _sequence("code", code)]))
+
+    @classmethod
+    def _of_map(cls, diagram: PlanarMap, source: Diagram | None = None) -> Diagram:
+        """Return the diagram of a map, with the crossings that it shares with another diagram named as there."""
+        strands = range(1 + max((one for pair in diagram.strands.values() for one in pair), default=-1))
+        count = len(strands) if source is None else len(source.passes)
+        walks = [diagram.walk(strand) for strand in range(count)]
+        met = [(crossing, level) for walk in walks for crossing, level in walk]
+        labels = sorted(diagram.enters)
+        number = {label: k for k, label in enumerate(labels)}
+        first = dict(reversed(met))
+        known = {} if source is None else dict(zip(source.labels, source.confidences, strict=True))
+        return cls(
+            tuple([tuple([number[crossing] for crossing, _ in walk]) for walk in walks]),
+            tuple([-2 * strand - 1 not in diagram.mate for strand in range(count)]),
+            tuple([diagram.sign(label) * (2 * first[label] - 1) for label in labels]),
+            tuple([None if label in diagram.unknown else 1 - first[label] for label in labels]),
+            tuple([known.get(label, 1.0) for label in labels]),
+            tuple(labels),
+            () if source is None else source.objects,
+        )
+
+    def _map(self, tops: Sequence[int | None] | None = None) -> PlanarMap:
+        """Return the planar map, in which unknown orders are guessed."""
+        tops = self.tops if tops is None else tops
+        seen: set[int] = set()
+        darts: list[list[tuple[int, int]]] = []
+        enters: dict[int, tuple[int, int]] = {}
+        strands: dict[int, tuple[int, int]] = {}
+        for strand, numbers in enumerate(self.passes):
+            darts.append([])
+            for number in numbers:
+                label, second = self.labels[number], number in seen
+                seen.add(number)
+                above = second == bool(tops[number])
+                sign = self.turns[number] * (-1 if tops[number] else 1)
+                below, over = enters.get(label, (0, 3 if sign > 0 else 1))
+                enters[label] = (below, over)
+                one = strands.get(label, (strand, strand))
+                strands[label] = (one[0], strand) if above else (strand, one[1])
+                into = 4 * label + (over if above else below)
+                darts[-1].append((into, into ^ 2))
+        unknown = frozenset(label for label, top in zip(self.labels, tops, strict=True) if top is None)
+        diagram = PlanarMap({}, enters, strands, unknown, 1 + max(self.labels, default=-1))
+        for strand, (ways, closed) in enumerate(zip(darts, self.closed, strict=True)):
+            if closed:
+                for (_, out), (into, _) in zip(ways, ways[1:] + ways[:1], strict=True):
+                    diagram.link(out, into)
+            else:
+                outs = [-2 * strand - 1, *(out for _, out in ways)]
+                for out, into in zip(outs, [*(into for into, _ in ways), -2 * strand - 2], strict=True):
+                    diagram.link(out, into)
+        return diagram
+
+    @property
+    def is_open(self) -> bool:
+        """True if a strand has ends."""
+        return not all(self.closed)
+
+    def part(self, *strands: int) -> Diagram:
+        """Return the diagram of some of the strands alone, by their numbers, in order.
+
+        Raises
+        ------
+        InputError
+            If there is no such strand.
+        """
+        chosen = sorted({check_integer("a strand", one, 0, len(self.passes) - 1) for one in strands})
+        met = [number for strand in chosen for number in self.passes[strand]]
+        kept = [number for number in range(len(self.turns)) if met.count(number) == 2]
+        return Diagram(
+            tuple([tuple([kept.index(number) for number in self.passes[one] if number in kept]) for one in chosen]),
+            tuple([self.closed[one] for one in chosen]),
+            tuple([self.turns[number] for number in kept]),
+            tuple([self.tops[number] for number in kept]),
+            tuple([self.confidences[number] for number in kept]),
+            tuple([self.labels[number] for number in kept]),
+            tuple([self.objects[one] for one in chosen]),
+        )
+
+    def close(self, over: bool) -> Diagram:
+        """Join both ends of each open strand over everything, or under everything, by as few crossings as there can be.
+
+        Raises
+        ------
+        InputError
+            If `over` is neither True nor False.
+        """
+        diagram = self._map()
+        _close(diagram, check_flag("over", over))
+        return Diagram._of_map(diagram, self)
+
+    def simplify(self) -> Simplified:
+        """Remove crossings by Reidemeister's moves, as far as they are found; the ends of open strands stay in place.
+
+        Returns
+        -------
+        Simplified
+            The diagram of what remains, and the moves in order.
+        """
+        diagram = self._map()
+        moves = diagram.simplify()
+        return Simplified(Diagram._of_map(diagram, self), tuple(moves))
+
+    @property
+    def signs(self) -> tuple[int, ...] | None:
+        """For each crossing, 1 if it is right-handed and -1 if left-handed; None where an order is unknown."""
+        if None in self.tops:
+            return None
+        return tuple([-turn if top else turn for turn, top in zip(self.turns, self.tops, strict=True)])
+
+    @property
+    def writhe(self) -> int | None:
+        """Sum of the signs of the crossings as they are drawn; None where an order is unknown."""
+        return None if self.signs is None else sum(self.signs)
+
+    @property
+    def gauss_code(self) -> tuple[tuple[int, ...], ...] | None:
+        """For each strand the crossings that it passes, numbered from 1 on, negative below: see `signs`.
+
+        Of open strands it is that of `close`, over everything.
+        """
+        diagram = self._drawn
+        if diagram is None:
+            return None
+        seen: set[int] = set()
+        code: list[list[int]] = []
+        for strand in diagram.passes:
+            code.append([])
+            for number in strand:
+                above = (number in seen) == bool(diagram.tops[number])
+                seen.add(number)
+                code[-1].append(number + 1 if above else -number - 1)
+        return tuple([tuple(strand) for strand in code])
+
+    @property
+    def pd_code(self) -> tuple[tuple[int, int, int, int], ...] | None:
+        """For each crossing its four edges, counter-clockwise from that by which the lower strand comes in.
+
+        Edges are numbered from 1 on, along each strand. Of open strands it is that of `close`, over everything.
+        """
+        diagram = self._drawn
+        if diagram is None or diagram.signs is None:
+            return None
+        edges: list[list[int]] = [[0] * 4 for _ in diagram.turns]
+        first = 1
+        for strand, code in zip(diagram.passes, diagram.gauss_code or (), strict=True):
+            for place, (number, way) in enumerate(zip(strand, code, strict=True)):
+                into = 0 if way < 0 else (3 if diagram.signs[number] > 0 else 1)
+                edges[number][into] = first + place
+                edges[number][into ^ 2] = first + (place + 1) % len(strand)
+            first += len(strand)
+        return tuple([(a, b, c, d) for a, b, c, d in edges])
+
+    @cached_property
+    def _drawn(self) -> Diagram | None:
+        """The closed diagram that the codes are of; None where orders are unknown or both ways of closing disagree."""
+        if None in self.tops:
+            return None
+        if not self.is_open:
+            return self
+        agree = self.alexander_polynomial is not None and None not in self.linking_numbers.values()
+        return self.close(True) if agree and self.is_knotted is not None else None
+
+    @cached_property
+    def _readings(self) -> tuple[PlanarMap, ...]:
+        """Simplified closed diagrams of all readings; none where too many orders are unknown."""
+        diagram = self.simplify().diagram
+        unknown = [number for number, top in enumerate(diagram.tops) if top is None]
+        if len(unknown) > MAX_UNKNOWN:
+            return ()
+        found = []
+        for reading in product((0, 1), repeat=len(unknown)):
+            tops = list(diagram.tops)
+            for number, top in zip(unknown, reading, strict=True):
+                tops[number] = top
+            for over in (True, False)[: 1 + self.is_open]:
+                drawn = diagram._map(tops)
+                _close(drawn, over)
+                found.append(drawn.descend()[0])
+        return tuple(found)
+
+    def _agreed(self, measure: Callable[[PlanarMap], _T]) -> _T | None:
+        """Return what all readings give, or None."""
+        found = [measure(reading) for reading in self._readings]
+        return found[0] if found and all(one == found[0] for one in found) else None
+
+    @cached_property
+    def alexander_polynomial(self) -> Polynomial | None:
+        """Coefficients of the Alexander polynomial in one variable, the lowest power first, the first one positive.
+
+        ``(1,)`` of no knot, empty of strands that can be pulled apart; the same of a knot and its mirror image.
+        """
+        return self._agreed(self._polynomial)
+
+    def _polynomial(self, reading: PlanarMap) -> Polynomial:
+        crossed = {strand for pair in reading.strands.values() for strand in pair}
+        if len(crossed) < len(self.passes):
+            return (1,) if len(self.passes) == 1 else ()
+        return alexander_polynomial(reading)
+
+    @property
+    def determinant(self) -> int | None:
+        """Absolute value of the Alexander polynomial at -1: 1 of no knot, 0 of strands that can be pulled apart."""
+        polynomial = self.alexander_polynomial
+        return None if polynomial is None else abs(sum(one * (-1) ** power for power, one in enumerate(polynomial)))
+
+    @cached_property
+    def linking_numbers(self) -> dict[tuple[int, int], int | None]:
+        """For each two strands, half the sum of the signs of their crossings."""
+        return {
+            (a, b): self.part(a, b)._agreed(
+                lambda reading: sum(reading.sign(c) for c, pair in reading.strands.items() if pair[0] != pair[1]) // 2
+            )
+            for a, b in combinations(range(len(self.passes)), 2)
+        }
+
+    @cached_property
+    def is_knotted(self) -> bool | None:
+        """Whether a strand is knotted by itself; None where that depends on what is not known."""
+        if len(self.passes) == 1:
+            return self._agreed(_is_knotted)
+        return _any([self.part(strand).is_knotted for strand in range(len(self.passes))])
+
+    @cached_property
+    def is_tangled(self) -> bool | None:
+        """Whether a strand is knotted or hooked to another one; None where that depends on what is not known.
+
+        A strand that lies over all others, or under all others, is hooked to none of them.
+        """
+        if len(self.passes) < 2:
+            return self.is_knotted
+        diagram = self.simplify().diagram
+        for strand, code in enumerate(diagram._levels()):
+            if len(code) < 2:
+                rest = diagram.part(*(other for other in range(len(self.passes)) if other != strand))
+                return _any([rest.is_tangled, diagram.part(strand).is_knotted])
+        return _any([self._agreed(_is_linked), self.is_knotted])
+
+    def _levels(self) -> list[set[bool | None]]:
+        """Return for each strand where it runs at its crossings with others: above, below or unknown."""
+        levels: list[set[bool | None]] = [set() for _ in self.passes]
+        for number, top in enumerate(self.tops):
+            owners = [strand for strand, numbers in enumerate(self.passes) for one in numbers if one == number]
+            if owners[0] != owners[1]:
+                for place, owner in enumerate(owners):
+                    levels[owner] |= {True, False} if top is None else {top == place}
+        return levels
+
+    @property
+    def name(self) -> str | None:
+        """Name of the knot in Rolfsen's table, of one strand of up to seven crossings: ``0_1`` of no knot.
+
+        A knot and its mirror image have one name; the sign of the writhe after `simplify` tells these apart. None
+        where that is not known, and of several strands and larger knots.
+        """
+        return (
+            self._agreed(lambda reading: _name(self._polynomial(reading), reading)) if len(self.passes) == 1 else None
+        )
+
+    @property
+    def probability(self) -> float:
+        """Probability that all orders are right; one that is unknown is right in half of the cases."""
+        return math.prod(
+            0.5 if top is None else max(sure, 0.5) for top, sure in zip(self.tops, self.confidences, strict=True)
+        )
+
+    @cached_property
+    def next_move(self) -> EndMove | None:
+        """The end to draw back through the crossing next to it, so that the fewest crossings remain.
+
+        After `simplify`, of the cables as they lie; None where no crossings remain, or no ends.
+        """
+        found = []
+        diagram = self._map()
+        diagram.simplify()
+        for strand, object_ in enumerate(self.objects):
+            for end in (0, 1):
+                walk = diagram.walk(strand)
+                if self.closed[strand] or not walk:
+                    continue
+                crossing, level = walk[-end]
+                after = diagram.copy()
+                after.erase(crossing)
+                after.simplify()
+                over = None if crossing in diagram.unknown else level == 1
+                found.append((len(after.enters), not over, EndMove(object_, end, crossing, over)))
+        return min(found, key=lambda one: one[:2])[2] if found else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the answers as plain values, ready for JSON."""
+        simplified, following = self.simplify(), self.next_move
+        code, edges = self.gauss_code, self.pd_code
+        return {
+            "objects": list(self.objects),
+            "crossings": list(self.labels),
+            "gauss_code": None if code is None else [list(strand) for strand in code],
+            "pd_code": None if edges is None else [list(crossing) for crossing in edges],
+            "writhe": self.writhe,
+            "linking_numbers": [[self.objects[a], self.objects[b], n] for (a, b), n in self.linking_numbers.items()],
+            "alexander_polynomial": None if self.alexander_polynomial is None else list(self.alexander_polynomial),
+            "determinant": self.determinant,
+            "is_knotted": self.is_knotted,
+            "is_tangled": self.is_tangled,
+            "names": [self.part(strand).name for strand in range(len(self.passes))],
+            "probability": self.probability,
+            "remaining_crossings": list(simplified.diagram.labels),
+            "moves": [{"kind": move.kind, "crossings": list(move.crossings)} for move in simplified.moves],
+            "next_move": None if following is None else vars(following).copy(),
+        }
+
+
+@dataclass(frozen=True)
+class Simplified:
+    """Result of `Diagram.simplify`.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        The crossings that remain, with the labels that they had.
+    moves : tuple of Move
+        The moves that lead there, in order.
+    """
+
+    diagram: Diagram
+    moves: tuple[Move, ...]
+
+
+def _close(diagram: PlanarMap, over: bool) -> None:
+    for strand in sorted({(-dart - 1) // 2 for dart in diagram.mate if dart < 0}):
+        diagram.join(-2 * strand - 2, -2 * strand - 1, over)
+
+
+def _is_knotted(reading: PlanarMap) -> bool | None:
+    if reading.enters and alexander_polynomial(reading) != (1,):
+        return True
+    return False if _is_drawn_with(reading, _TRIVIAL_CROSSINGS) else None
+
+
+def _is_linked(reading: PlanarMap) -> bool | None:
+    if all(below == above for below, above in reading.strands.values()):
+        return False
+    return True if alexander_polynomial(reading) else None
+
+
+def _name(polynomial: Polynomial, reading: PlanarMap) -> str | None:
+    return KNOTS[polynomial] if polynomial in KNOTS and _is_drawn_with(reading, TABLED_CROSSINGS) else None
+
+
+def _is_drawn_with(reading: PlanarMap, crossings: int) -> bool:
+    """Say whether simplification comes down to a number of crossings, by a longer search where it has not yet."""
+    if len(reading.enters) > crossings:
+        reading.simplify()
+    return len(reading.enters) <= crossings
+
+
+def _any(found: Sequence[bool | None]) -> bool | None:
+    """Return whether one is true, if that is known."""
+    if True in found:
+        return True
+    return None if None in found else False
+
+
+def _sequence(name: str, value: object) -> Sequence[Any]:
+    if not isinstance(value, Sequence) or isinstance(value, (str, bytes)):
+        raise InputError(f"{name} must be a sequence, got {shown(value)}")
+    return value
