@@ -211,6 +211,16 @@ class TestOfResults:
         assert diagram.passes == ((0, 0),)
         assert (diagram.tops, diagram.probability, diagram.is_knotted) == ((0,), 0.9, False)
 
+    def test_an_order_that_is_hardly_known_counts_as_unknown(self) -> None:
+        assert Diagram.from_result(rope(0, 0.79)).tops == (None,)
+        assert Diagram.from_result(rope(0, 0.79), min_confidence=0.79).tops == (0,)
+
+    def test_a_strand_that_is_rather_wrong_gives_no_answer(self) -> None:
+        diagram = dataclasses.replace(overhand(), strand_confidences=(0.49,))
+        assert diagram.is_knotted is diagram.name is diagram.determinant is diagram.pd_code is None
+        assert diagram.probability == 0.49
+        assert dataclasses.replace(overhand(), strand_confidences=(0.5,)).is_knotted is True
+
     def test_the_sign_is_that_of_space(self) -> None:
         """In a camera's frame, with y down and z away, the curve on top has the smaller z."""
         result = rope(0)
@@ -223,7 +233,7 @@ class TestOfResults:
 
     def test_objects_are_chosen(self) -> None:
         curves = line((40, 120), (280, 120)), line((130, 30), (190, 210))
-        crossing = Crossing((160.0, 120.0), ((0, curves[0].nearest((160, 120))[0]), (1, 0.5)), 1, 0.8)
+        crossing = Crossing((160.0, 120.0), ((0, curves[0].nearest((160, 120))[0]), (1, 0.5)), 1, 0.9)
         result = result_of(*curves, crossings=(crossing,))
         both = Diagram.from_result(result)
         assert both.passes == ((0,), (0,))
@@ -274,12 +284,16 @@ class TestWrong:
             ({"passes": ((0, 1),)}, r"passes must have each of the 1 crossings of turns twice"),
             ({"closed": ()}, "closed must have 1 items, got 0"),
             ({"closed": (1,)}, "closed must be True or False, got 1"),
-            ({"turns": (2,)}, "turns must be 1 or -1"),
+            ({"turns": (2,)}, r"turns must be an integer in -1..1, got 2"),
+            ({"turns": (0,)}, "turns must be 1 or -1, got 0"),
             ({"tops": (2,)}, r"tops must be an integer in 0..1, got 2"),
             ({"tops": ()}, "tops must have 1 items, got 0"),
             ({"confidences": (1.5,)}, r"confidences must be a finite number in 0..1, got 1.5"),
             ({"labels": (1, 2)}, "labels must have 1 items, got 2"),
-            ({"objects": (1, 1)}, r"objects must differ, got \[1, 1\]"),
+            (
+                {"passes": ((0,), (0,)), "closed": (False, False), "objects": (1, 1)},
+                r"objects must differ, got \(1, 1\)",
+            ),
             ({"objects": (1, 2)}, "objects must have 1 items, got 2"),
             ({"passes": 5}, "passes must be a sequence, got 5"),
         ],

@@ -5,8 +5,8 @@ From a frame's result::
     diagram = topology.Diagram.from_result(result)
     diagram.is_knotted, diagram.gauss_code, diagram.next_move
 
-`planar_map` holds a diagram as a graph in the plane and simplifies it, `knot_table` has polynomials and names,
-`crossing_passes` reads curves, and `diagram` is what users ask.
+`diagram` is what users ask, and `crossing_passes` reads curves for it. `planar_map` holds a diagram as a graph in the
+plane, `reidemeister` simplifies that, and `knot_type` says what it is, by polynomials and the `knot_table`.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from typing import Any
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
 from dloftbs.support.values import check_type
-from dloftbs.topology.diagram import Diagram, EndMove, Simplified
-from dloftbs.topology.planar_map import Move
+from dloftbs.topology.diagram import Diagram, Simplified
+from dloftbs.topology.end_moves import EndMove
+from dloftbs.topology.reidemeister import Move
 
 __all__ = ["Diagram", "EndMove", "Move", "Simplified", "describe"]
 

@@ -22,6 +22,13 @@ Source: geometry; a curve of ten full turns strays by 3e-3 of a turn's radius fr
 """
 
 
+_PARALLEL = 1e-12
+"""Sine of the angle between two sides below which they count as parallel, and do not cross.
+
+Source: numerics; sides on one line differ by the rounding of float64.
+"""
+
+
 class CrossingPasses(NamedTuple):
     """Crossing of two strands, or of one with itself, as seen with the y axis upwards."""
 
@@ -34,7 +41,7 @@ class CrossingPasses(NamedTuple):
     label: int
 
 
-def diagram_fields(closed: Sequence[bool], crossings: Sequence[CrossingPasses]) -> dict[str, Any]:
+def assemble_passes(closed: Sequence[bool], crossings: Sequence[CrossingPasses]) -> dict[str, Any]:
     """Return the fields of a diagram, in which a crossing's first pass is that which is met first."""
     ordered = [
         one if one.at[0] <= one.at[1] else _exchanged(one) for one in sorted(crossings, key=lambda one: one.label)
@@ -58,7 +65,9 @@ def _exchanged(one: CrossingPasses) -> CrossingPasses:
     return one._replace(at=(one.at[1], one.at[0]), cross=-one.cross, top=top)
 
 
-def passes_of_result(result: FrameResult, objects: Sequence[int | Track] | None) -> dict[str, Any]:
+def passes_of_result(
+    result: FrameResult, objects: Sequence[int | Track] | None, min_confidence: float
+) -> dict[str, Any]:
     """Return the fields of a diagram of the objects in a frame.
 
     Raises
@@ -92,9 +101,14 @@ def passes_of_result(result: FrameResult, objects: Sequence[int | Track] | None)
             at.append((strands[detection], 1.0 - u if backwards else u))
         # The y axis of the image points down.
         cross = -_cross(directions[0], directions[1])
-        found.append(CrossingPasses((at[0], at[1]), float(cross), crossing.top, crossing.confidence, label))
-    closed = [result.detections[detection].curve.closed for detection, _ in places]
-    return {**diagram_fields(closed, found), "objects": tuple(strands)}
+        top = crossing.top if crossing.confidence >= min_confidence else None
+        found.append(CrossingPasses((at[0], at[1]), float(cross), top, crossing.confidence, label))
+    chosen_ones = [result.detections[detection] for detection in strands]
+    return {
+        **assemble_passes([one.curve.closed for one in chosen_ones], found),
+        "objects": tuple(strands),
+        "strand_confidences": tuple([one.confidence for one in chosen_ones]),
+    }
 
 
 def _place_of(result: FrameResult, one: int | Track) -> tuple[int, bool]:
@@ -119,7 +133,7 @@ def passes_of_curves(
     Raises
     ------
     InputError
-        If a curve has another shape, or two meet, or lie exactly above each other along a stretch or at a corner.
+        If a curve has another shape, or two meet, or a corner of one lies exactly above the other.
     """
     if isinstance(curves, (str, bytes)) or not isinstance(curves, Sequence):
         raise InputError(f"curves must be a sequence of curves in space, got {shown(curves)}")
@@ -138,11 +152,11 @@ def passes_of_curves(
             beside |= same & (place[later] == len(lines[owner[i]]) - 2)
         later = later[~beside]
         offset, slope = base[later] - base[i], _cross(step[i], step[later])
+        parallel = np.abs(slope) <= _PARALLEL * np.hypot(*step[i, :2]) * np.hypot(*step[later, :2].T)
         with np.errstate(divide="ignore", invalid="ignore"):
             s, t = _cross(offset, step[later]) / slope, _cross(offset, step[i]) / slope
-        for j, a, b, cross in zip(
-            *(part[(s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)] for part in (later, s, t, slope)), strict=True
-        ):
+        cuts = np.flatnonzero(~parallel & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1))
+        for j, a, b, cross in zip(later[cuts], s[cuts], t[cuts], slope[cuts], strict=True):
             above = float(base[i, 2] + a * step[i, 2] - base[j, 2] - b * step[j, 2])
             if above == 0.0 or not (0 < a < 1 and 0 < b < 1):
                 raise InputError(
@@ -150,7 +164,7 @@ def passes_of_curves(
                 )
             at = (int(owner[i]), float(place[i] + a)), (int(owner[j]), float(place[j] + b))
             found.append(CrossingPasses(at, float(cross), int(above < 0.0), 1.0, len(found)))
-    return {**diagram_fields(flags, found), "objects": tuple(range(len(flags)))}
+    return {**assemble_passes(flags, found), "objects": tuple(range(len(flags)))}
 
 
 def _flags(curves: Sequence[Any], closed: bool | Sequence[bool] | None) -> list[bool]:

@@ -1,4 +1,4 @@
-"""Planar map of a diagram whose orders are known, and the moves that simplify it.
+"""Planar map of a diagram: its crossings as a graph in the plane.
 
 Darts are half-edges: that of crossing ``c`` in slot ``s`` is ``4 * c + s``. The four slots of a crossing follow each
 other counter-clockwise, as seen, and the even ones belong to the strand below. Open ends are negative
@@ -7,10 +7,8 @@ darts, ``-2k - 1`` where strand ``k`` starts and ``-2k - 2`` where it stops. Two
 
 from __future__ import annotations
 
-import random
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from dloftbs.errors import InputError
@@ -18,45 +16,6 @@ from dloftbs.support.values import MAX_WHOLE, check_integer, shown
 
 Orbit: TypeAlias = list[int]
 """Darts around a face, each with that face on its left."""
-
-_SLIDES = 100
-"""Number of diagrams that are tried before no series of third moves is said to help.
-
-Source: bounds time.
-"""
-
-
-_DESCENTS = 10
-"""Number of simplifications that begin with third moves at random.
-
-Source: bounds time.
-"""
-
-_FAILURES = 30
-"""Number of third moves in a row that remove no crossing, after which one of these stops them.
-
-Source: bounds time.
-"""
-
-
-@dataclass(frozen=True)
-class Move:
-    """Step of a simplification.
-
-    Parameters
-    ----------
-    kind : str
-        ``"I"``, ``"II"`` or ``"III"`` of Reidemeister, or ``"pass"``: a stretch that lies over everything, or under
-        everything, is laid where it crosses least. That is a series of second and third moves.
-    crossings : tuple of int
-        Labels of the crossings that it removes, or slides over each other in a third move.
-    added : tuple of int
-        Labels of the crossings that a pass makes.
-    """
-
-    kind: str
-    crossings: tuple[int, ...]
-    added: tuple[int, ...] = ()
 
 
 class PlanarMap:
@@ -87,6 +46,34 @@ class PlanarMap:
         fresh: int,
     ) -> None:
         self.mate, self.enters, self.strands, self.unknown, self.fresh = mate, enters, strands, unknown, fresh
+
+    @classmethod
+    def from_passes(
+        cls,
+        passes: Sequence[Sequence[int]],
+        closed: Sequence[bool],
+        turns: Sequence[int],
+        tops: Sequence[int | None],
+        labels: Sequence[int],
+    ) -> PlanarMap:
+        """Build the map of a `Diagram`; of a crossing whose order is unknown, the first pass is laid on top."""
+        seen: set[int] = set()
+        diagram = cls({}, {}, {}, frozenset(), 1 + max(labels, default=-1))
+        for strand, numbers in enumerate(passes):
+            ways = []
+            for number in numbers:
+                label, above = labels[number], (number in seen) == bool(tops[number])
+                seen.add(number)
+                sign = turns[number] * (-1 if tops[number] else 1)
+                enters = diagram.enters.setdefault(label, (0, 3 if sign > 0 else 1))
+                below, over = diagram.strands.get(label, (strand, strand))
+                diagram.strands[label] = (below, strand) if above else (strand, over)
+                ways.append(4 * label + enters[above])
+            starts = ways[-1:] if closed[strand] else [-2 * strand - 1]
+            for out, into in zip([*starts, *ways], ways if closed[strand] else [*ways, -2 * strand - 2], strict=False):
+                diagram.link(out ^ 2 if out >= 0 else out, into)
+        diagram.unknown = frozenset(label for label, top in zip(labels, tops, strict=True) if top is None)
+        return diagram
 
     @classmethod
     def from_pd_code(cls, code: Sequence[Sequence[int]]) -> PlanarMap:
@@ -143,6 +130,10 @@ class PlanarMap:
     def copy(self) -> PlanarMap:
         """Return a map of its own."""
         return PlanarMap(self.mate.copy(), self.enters.copy(), self.strands.copy(), self.unknown, self.fresh)
+
+    def adopt(self, other: PlanarMap) -> None:
+        """Become what another map is."""
+        self.mate, self.enters, self.strands, self.fresh = other.mate, other.enters, other.strands, other.fresh
 
     def link(self, a: int, b: int) -> None:
         """Join two darts by an edge."""
@@ -208,7 +199,7 @@ class PlanarMap:
             del self.mate[stop]
             return ()
         self.link(start, tip)
-        route = self._route(start, stop)
+        route = self.route(start, stop)
         strand, added = self._strand(tip), []
         del self.mate[start]
         for dart in route:
@@ -229,7 +220,7 @@ class PlanarMap:
         self.link(tip, last)
         return tuple(added)
 
-    def _route(self, start: int, stop: int) -> list[int]:
+    def route(self, start: int, stop: int) -> list[int]:
         """Return the darts of the edges to cross from the face of one end to that of another, left to right.
 
         Ends of parts that nothing connects can be laid side by side: nothing has to be crossed.
@@ -256,152 +247,3 @@ class PlanarMap:
     def _leaves(self, dart: int) -> bool:
         """Say whether a strand runs out along a dart, rather than in."""
         return self.enters[dart >> 2][dart & 1] != dart & 3 if dart >= 0 else dart % 2 == 1
-
-    def simplify(self) -> list[Move]:
-        """Remove as many crossings as the moves find, and return these; ends of open strands stay where they are."""
-        moves = self._reduce()
-        best, done = self.descend()
-        for seed in range(_DESCENTS):
-            if best.is_minimal():
-                break
-            other, way = self.descend(random.Random(seed))
-            if len(other.enters) < len(best.enters):
-                best, done = other, way
-        self.mate, self.enters, self.strands, self.fresh = best.mate, best.enters, best.strands, best.fresh
-        return moves + done
-
-    def is_minimal(self) -> bool:
-        """Say whether it is known to have the fewest crossings, or cannot be searched.
-
-        Source: a reduced alternating diagram has the fewest; L. Kauffman, K. Murasugi, M. Thistlethwaite, 1987.
-        """
-        return any(dart < 0 for dart in self.mate) or not any(
-            (dart ^ other ^ 1) & 1 and dart not in self.unknown for dart, other in self.mate.items()
-        )
-
-    def descend(self, chance: random.Random | None = None) -> tuple[PlanarMap, list[Move]]:
-        """Return a simpler map and the moves there: at first by third moves at random, if `chance` is given."""
-        way, moves, failures = self.copy(), [], 0
-        while chance is not None and failures < _FAILURES and (triangles := way._triangles()):
-            triangle = chance.choice(triangles)
-            way._slide(triangle)
-            moves.append(Move("III", tuple([dart >> 2 for dart in triangle])))
-            helped = way._reduce()
-            moves += helped
-            failures = 0 if helped else failures + 1
-        while found := way._lay_anew() or way._slide_until_it_helps():
-            moves += found + way._reduce()
-        return way, moves
-
-    def _reduce(self) -> list[Move]:
-        """Undo loops and double crossings until there are none: the first and the second move."""
-        moves: list[Move] = []
-        while move := self._reducible():
-            moves.append(move)
-            for crossing in move.crossings:
-                self.erase(crossing)
-        return moves
-
-    def _reducible(self) -> Move | None:
-        for orbit in self.faces():
-            if len(orbit) > 2 or orbit[0] < 0:
-                continue
-            crossings = tuple(dart >> 2 for dart in orbit)
-            if len(orbit) == 1:
-                return Move("I", crossings)
-            a, b = orbit
-            if b >= 0 and crossings[0] != crossings[1] and not (a ^ self.mate[a]) & 1 and self._known(crossings):
-                return Move("II", crossings)
-        return None
-
-    def _known(self, crossings: Sequence[int]) -> bool:
-        return self.unknown.isdisjoint(crossings)
-
-    def _slide_until_it_helps(self) -> list[Move]:
-        """Find the shortest series of third moves after which others remove crossings, do it and return it."""
-        queue: deque[tuple[PlanarMap, list[Move]]] = deque([(self, [])])
-        seen = {frozenset(self.mate.items())}
-        while queue and len(seen) < _SLIDES:
-            before, moves = queue.popleft()
-            for triangle in before._triangles():
-                after = before.copy()
-                after._slide(triangle)
-                key = frozenset(after.mate.items())
-                if key in seen:
-                    continue
-                seen.add(key)
-                series = [*moves, Move("III", tuple(dart >> 2 for dart in triangle))]
-                if after._reducible() is not None:
-                    self.mate = after.mate
-                    return series
-                if helped := after._lay_anew():
-                    self.mate, self.enters, self.strands, self.fresh = (
-                        after.mate,
-                        after.enters,
-                        after.strands,
-                        after.fresh,
-                    )
-                    return series + helped
-                queue.append((after, series))
-        return []
-
-    def _triangles(self) -> list[Orbit]:
-        """Return the faces on which one strand lies over the other two, which a third move can slide."""
-        return [
-            orbit
-            for orbit in self.faces()
-            if len(orbit) == 3
-            and min(orbit) >= 0
-            and len({dart >> 2 for dart in orbit}) == 3
-            and any(dart & self.mate[dart] & 1 for dart in orbit)
-            and self._known([dart >> 2 for dart in orbit])
-        ]
-
-    def _slide(self, triangle: Orbit) -> None:
-        """Exchange on each strand of a triangle the two crossings that it passes there."""
-        for out in triangle:
-            into = self.mate[out]
-            before, after = self.mate[out ^ 2], self.mate[into ^ 2]
-            if before != into ^ 2:
-                self.link(before, into)
-                self.link(into ^ 2, out ^ 2)
-                self.link(out, after)
-
-    def _lay_anew(self) -> list[Move]:
-        """Lay one stretch over or under everything where it crosses less, do it and return it.
-
-        Only of closed strands: the ends of open ones may lie between the old place and the new one.
-        """
-        if self.unknown & self.enters.keys() or any(dart < 0 for dart in self.mate):
-            return []
-        for level in (1, 0):
-            for strand in sorted({strand for pair in self.strands.values() for strand in pair}):
-                own = [c for c, pair in self.strands.items() if strand in pair]
-                if all(self.strands[c][1 - level] != strand for c in own):
-                    for crossing in own:
-                        self.erase(crossing)
-                    return [Move("pass", tuple(own))]
-            for first in [4 * c + (self.enters[c][1 - level] ^ 2) for c in self.enters]:
-                passed, dart = [], self.mate[first]
-                while dart & 1 == level:
-                    passed.append(dart >> 2)
-                    dart = self.mate[dart ^ 2]
-                if passed and (move := self._laid_anew(first, dart, passed, over=level == 1)):
-                    return [move]
-        return []
-
-    def _laid_anew(self, first: int, last: int, passed: list[int], over: bool) -> Move | None:
-        """Lay the stretch from one dart to another one anew, unless it crosses no less then."""
-        after, (a, b, c, d) = self.copy(), (-3, -2, -1, -4)
-        after.link(first, a)
-        after.link(self.mate[first], b)
-        after.link(self.mate[last], c)
-        after.link(last, d)
-        for crossing in passed:
-            after.erase(crossing)
-        del after.mate[b], after.mate[c]
-        if len(after._route(a, d)) >= len(passed):
-            return None
-        added = after.join(a, d, over)
-        self.mate, self.enters, self.strands, self.fresh = after.mate, after.enters, after.strands, after.fresh
-        return Move("pass", tuple(passed), added)
