@@ -155,11 +155,11 @@ class TestSeveral:
         both = Diagram.from_curves([trefoil(), np.add(trefoil(), (0.3, 0.2, 9.0))], closed=True)
         assert both.is_knotted is both.is_tangled is True
         assert both.linking_numbers == {(0, 1): 0}
-        assert both.part(1).name == both.part(0).name == "3_1"
-        assert both.part(0).objects == (0,)
-        assert set(both.part(1).labels) < set(both.labels)
+        assert both.part([1]).name == both.part([0]).name == "3_1"
+        assert both.part([0]).objects == (0,)
+        assert set(both.part([1]).labels) < set(both.labels)
         with pytest.raises(InputError, match=r"a strand must be an integer in 0..1, got 2"):
-            both.part(2)
+            both.part([2])
 
 
 class TestEnds:

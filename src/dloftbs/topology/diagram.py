@@ -199,7 +199,7 @@ class Diagram:
         """True if a strand has ends."""
         return not all(self.closed)
 
-    def part(self, *strands: int) -> Diagram:
+    def part(self, strands: Sequence[int]) -> Diagram:
         """Return the diagram of some of the strands alone, by their numbers, in order.
 
         Raises
@@ -207,7 +207,9 @@ class Diagram:
         InputError
             If there is no such strand.
         """
-        chosen = sorted({check_integer("a strand", one, 0, len(self.passes) - 1) for one in strands})
+        chosen = sorted(
+            {check_integer("a strand", one, 0, len(self.passes) - 1) for one in check_sequence("strands", strands)}
+        )
         met = [number for strand in chosen for number in self.passes[strand]]
         kept = [number for number in range(len(self.turns)) if met.count(number) == 2]
         return Diagram(
@@ -333,7 +335,7 @@ class Diagram:
     def linking_numbers(self) -> dict[tuple[int, int], int | None]:
         """For each two strands, half the sum of the signs of their crossings."""
         return {
-            (a, b): self.part(a, b)._agreed(
+            (a, b): self.part([a, b])._agreed(
                 lambda reading: sum(reading.sign(c) for c, pair in reading.strands.items() if pair[0] != pair[1]) // 2
             )
             for a, b in combinations(range(len(self.passes)), 2)
@@ -344,7 +346,7 @@ class Diagram:
         """Whether a strand is knotted by itself; None where that depends on what is not known."""
         if len(self.passes) == 1:
             return self._agreed(is_knotted)
-        return _any([self.part(strand).is_knotted for strand in range(len(self.passes))])
+        return _any([self.part([strand]).is_knotted for strand in range(len(self.passes))])
 
     @cached_property
     def is_tangled(self) -> bool | None:
@@ -357,8 +359,8 @@ class Diagram:
         diagram = self.simplify().diagram
         for strand, code in enumerate(diagram._levels()):
             if len(code) < 2:
-                rest = diagram.part(*(other for other in range(len(self.passes)) if other != strand))
-                return _any([rest.is_tangled, diagram.part(strand).is_knotted])
+                rest = diagram.part([other for other in range(len(self.passes)) if other != strand])
+                return _any([rest.is_tangled, diagram.part([strand]).is_knotted])
         return _any([self._agreed(is_linked), self.is_knotted])
 
     def _levels(self) -> list[set[bool | None]]:
@@ -409,7 +411,7 @@ class Diagram:
             "determinant": self.determinant,
             "is_knotted": self.is_knotted,
             "is_tangled": self.is_tangled,
-            "names": [self.part(strand).name for strand in range(len(self.passes))],
+            "names": [self.part([strand]).name for strand in range(len(self.passes))],
             "probability": self.probability,
             "remaining_crossings": list(simplified.diagram.labels),
             "moves": [{"kind": move.kind, "crossings": list(move.crossings)} for move in simplified.moves],
