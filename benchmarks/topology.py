@@ -119,9 +119,7 @@ def _same_polynomial(link: Any, ours: tuple[int, ...]) -> bool:
 
 def against_spherogram(count: int) -> None:
     """Print in how many random projections we agree with spherogram."""
-    print(
-        f"{count} random projections of 3 to 40 crossings, a third each of one closed strand, one open, two or three\n"
-    )
+    print(f"{count} random projections of 3 to 40 crossings: one closed strand, one open, two or three; a third each\n")
     rng, agreed, asked, spent = np.random.default_rng(SEED), Counter[str](), Counter[str](), 0.0
     random.seed(SEED)
     for k in range(count):
@@ -135,9 +133,7 @@ def against_spherogram(count: int) -> None:
             asked[name] += 1
             agreed[name] += same
     for name, number in asked.items():
-        print(
-            f"{name + (' no more than of its' if name.startswith('cross') else ' equal'):<40}{agreed[name]} of {number}"
-        )
+        print(f"{name:<40}{agreed[name]} of {number}")
     print(f"{'a simplification takes':<40}{1e3 * spent / count:.2f} ms\n")
 
 

@@ -143,6 +143,19 @@ class TestSeveral:
         assert diagram.gauss_code is None
         assert diagram.next_move in [EndMove(0, 0, 0, False), EndMove(1, 0, 0, True)]
 
+    def test_a_single_crossing_of_unknown_order_tangles_nothing(self) -> None:
+        once = Diagram(((0,), (0,)), (False, False), (1,), (None,))
+        assert once.is_tangled is False
+        twice = Diagram(((0, 1), (0, 1)), (False, False), (1, -1), (None, None))
+        assert twice.is_tangled is None
+        assert twice.linking_numbers == {(0, 1): None}
+
+    def test_cables_apart_are_not_listed(self) -> None:
+        curves = line((40, 120), (280, 120)), line((130, 30), (190, 210)), line((10, 10), (20, 10))
+        result = result_of(*curves, crossings=(Crossing((160.0, 120.0), ((0, 0.5), (1, 0.5)), 1, 0.9),))
+        assert topology.describe(result)["linking_numbers"] == [[0, 1, None]]
+        assert Diagram.from_result(result).linking_numbers == {(0, 1): None, (0, 2): 0, (1, 2): 0}
+
     def test_cables_twisted_around_each_other_are_tangled(self) -> None:
         x = np.linspace(0.0, 2.0 * np.pi, 40)
         one = np.stack((x, np.cos(x), np.sin(x)), axis=1)

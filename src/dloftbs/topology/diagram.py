@@ -210,8 +210,7 @@ class Diagram:
         chosen = sorted(
             {check_integer("a strand", one, 0, len(self.passes) - 1) for one in check_sequence("strands", strands)}
         )
-        met = [number for strand in chosen for number in self.passes[strand]]
-        kept = [number for number in range(len(self.turns)) if met.count(number) == 2]
+        kept = [number for number, owners in enumerate(self._owners) if {*owners} <= {*chosen}]
         return Diagram(
             tuple([tuple([kept.index(number) for number in self.passes[one] if number in kept]) for one in chosen]),
             tuple([self.closed[one] for one in chosen]),
@@ -334,19 +333,32 @@ class Diagram:
     @cached_property
     def linking_numbers(self) -> dict[tuple[int, int], int | None]:
         """For each two strands, half the sum of the signs of their crossings."""
+        crossed = set(self._owners)
         return {
-            (a, b): self.part([a, b])._agreed(
-                lambda reading: sum(reading.sign(c) for c, pair in reading.strands.items() if pair[0] != pair[1]) // 2
-            )
-            for a, b in combinations(range(len(self.passes)), 2)
+            pair: self.part(pair)._agreed(_linking_number) if pair in crossed else 0
+            for pair in combinations(range(len(self.passes)), 2)
         }
+
+    @cached_property
+    def _owners(self) -> list[tuple[int, int]]:
+        """For each crossing, the strands of its first pass and its second one."""
+        owners: list[list[int]] = [[] for _ in self.turns]
+        for strand, numbers in enumerate(self.passes):
+            for number in numbers:
+                owners[number].append(strand)
+        return [(first, second) for first, second in owners]
 
     @cached_property
     def is_knotted(self) -> bool | None:
         """Whether a strand is knotted by itself; None where that depends on what is not known."""
         if len(self.passes) == 1:
             return self._agreed(is_knotted)
-        return _any([self.part([strand]).is_knotted for strand in range(len(self.passes))])
+        return _any([strand.is_knotted for strand in self._strands])
+
+    @cached_property
+    def _strands(self) -> list[Diagram]:
+        """Each strand alone."""
+        return [self.part([strand]) for strand in range(len(self.passes))]
 
     @cached_property
     def is_tangled(self) -> bool | None:
@@ -356,21 +368,21 @@ class Diagram:
         """
         if len(self.passes) < 2:
             return self.is_knotted
-        diagram = self.simplify().diagram
-        for strand, code in enumerate(diagram._levels()):
-            if len(code) < 2:
-                rest = diagram.part([other for other in range(len(self.passes)) if other != strand])
-                return _any([rest.is_tangled, diagram.part([strand]).is_knotted])
+        rest = self.simplify().diagram
+        left = list(range(len(self.passes)))
+        while free := [strand for strand, levels in rest._levels(left).items() if len(levels) < 2]:
+            left.remove(free[0])
+        if len(left) < len(self.passes):
+            return _any([rest.part(left).is_tangled, self.is_knotted])
         return _any([self._agreed(is_linked), self.is_knotted])
 
-    def _levels(self) -> list[set[bool | None]]:
-        """Return for each strand where it runs at its crossings with others: above, below or unknown."""
-        levels: list[set[bool | None]] = [set() for _ in self.passes]
-        for number, top in enumerate(self.tops):
-            owners = [strand for strand, numbers in enumerate(self.passes) for one in numbers if one == number]
-            if owners[0] != owners[1]:
+    def _levels(self, strands: Sequence[int]) -> dict[int, set[Any]]:
+        """Return for each strand where it crosses others of these: below, above, or if unknown, by itself."""
+        levels: dict[int, set[Any]] = {strand: set() for strand in strands}
+        for number, (top, owners) in enumerate(zip(self.tops, self._owners, strict=True)):
+            if owners[0] != owners[1] and levels.keys() >= set(owners):
                 for place, owner in enumerate(owners):
-                    levels[owner] |= {True, False} if top is None else {top == place}
+                    levels[owner].add(("unknown", number) if top is None else top == place)
         return levels
 
     @property
@@ -398,7 +410,7 @@ class Diagram:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the answers as plain values, ready for JSON."""
-        simplified, following = self.simplify(), self.next_move
+        simplified, following, crossed = self.simplify(), self.next_move, set(self._owners)
         code, edges = self.gauss_code, self.pd_code
         return {
             "objects": list(self.objects),
@@ -406,12 +418,16 @@ class Diagram:
             "gauss_code": None if code is None else [list(strand) for strand in code],
             "pd_code": None if edges is None else [list(crossing) for crossing in edges],
             "writhe": self.writhe,
-            "linking_numbers": [[self.objects[a], self.objects[b], n] for (a, b), n in self.linking_numbers.items()],
+            "linking_numbers": [
+                [self.objects[a], self.objects[b], number]
+                for (a, b), number in self.linking_numbers.items()
+                if (a, b) in crossed
+            ],
             "alexander_polynomial": None if self.alexander_polynomial is None else list(self.alexander_polynomial),
             "determinant": self.determinant,
             "is_knotted": self.is_knotted,
             "is_tangled": self.is_tangled,
-            "names": [self.part([strand]).name for strand in range(len(self.passes))],
+            "names": [strand.name for strand in self._strands],
             "probability": self.probability,
             "remaining_crossings": list(simplified.diagram.labels),
             "moves": [{"kind": move.kind, "crossings": list(move.crossings)} for move in simplified.moves],
@@ -440,3 +456,7 @@ def _any(found: Sequence[bool | None]) -> bool | None:
     if True in found:
         return True
     return None if None in found else False
+
+
+def _linking_number(reading: PlanarMap) -> int:
+    return sum(reading.sign(c) for c, pair in reading.strands.items() if pair[0] != pair[1]) // 2

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dloftbs.topology.planar_map import PlanarMap
-from dloftbs.topology.reidemeister import simplify
+from dloftbs.topology.reidemeister import reduce, simplify
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def next_end_move(diagram: PlanarMap, closed: Sequence[bool], objects: Sequence[
         for end, (crossing, level) in enumerate([walk[0], walk[-1]] if walk else []):
             after = diagram.copy()
             after.erase(crossing)
-            simplify(after)
+            reduce(after)
             over = None if crossing in diagram.unknown else level == 1
             found.append((len(after.enters), not over, EndMove(name, end, crossing, over)))
     return min(found, key=lambda one: one[:2])[2] if found else None
