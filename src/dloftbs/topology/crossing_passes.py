@@ -101,8 +101,10 @@ def passes_of_result(
             at.append((strands[detection], 1.0 - u if backwards else u))
         # The y axis of the image points down.
         cross = -_cross(directions[0], directions[1])
-        top = crossing.top if crossing.confidence >= min_confidence else None
-        found.append(CrossingPasses((at[0], at[1]), float(cross), top, crossing.confidence, label))
+        # An order that comes without a confidence is meant as it is.
+        stated = crossing.confidence or float(crossing.top is not None)
+        top = crossing.top if stated >= min_confidence else None
+        found.append(CrossingPasses((at[0], at[1]), float(cross), top, stated, label))
     chosen_ones = [result.detections[detection] for detection in strands]
     return {
         **assemble_passes([one.curve.closed for one in chosen_ones], found),

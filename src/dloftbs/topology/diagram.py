@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, product
@@ -23,7 +23,7 @@ from dloftbs.topology.end_moves import EndMove, next_end_move
 from dloftbs.topology.knot_table import Polynomial
 from dloftbs.topology.knot_type import alexander_polynomial, close, is_knotted, is_linked, name_of
 from dloftbs.topology.planar_map import PlanarMap
-from dloftbs.topology.reidemeister import Move, descend, simplify
+from dloftbs.topology.reidemeister import Move, shorten, simplify
 
 _T = TypeVar("_T")
 
@@ -107,7 +107,7 @@ class Diagram:
         objects : sequence of int or Track, optional
             Indices of the detections to read, or tracks, which are read in their direction; else all detections.
         min_confidence : float
-            Probability below which the order at a crossing counts as unknown.
+            Probability below which the order at a crossing counts as unknown; an order that comes without one is sure.
 
         Raises
         ------
@@ -288,29 +288,35 @@ class Diagram:
         return self.close(True) if agree and self.is_knotted is not None else None
 
     @cached_property
-    def _readings(self) -> tuple[PlanarMap, ...]:
-        """Simplified closed diagrams of all readings; none where too many orders are unknown, or a strand itself."""
-        diagram = self.simplify().diagram
-        if min(self.strand_confidences, default=1.0) < 0.5:
-            return ()
-        unknown = [number for number, top in enumerate(diagram.tops) if top is None]
-        if len(unknown) > MAX_UNKNOWN:
-            return ()
-        found = []
-        for reading in product((0, 1), repeat=len(unknown)):
-            tops = list(diagram.tops)
-            for number, top in zip(unknown, reading, strict=True):
-                tops[number] = top
-            for over in (True, False)[: 1 + self.is_open]:
-                drawn = diagram._map(tops)
-                close(drawn, over)
-                found.append(descend(drawn)[0])
-        return tuple(found)
+    def _reduced(self) -> Diagram:
+        return self.simplify().diagram
+
+    @cached_property
+    def _made(self) -> list[PlanarMap]:
+        """Those of `_readings` that somebody asked for."""
+        return []
+
+    def _readings(self) -> Iterator[PlanarMap]:
+        """Yield closed diagrams of all readings; none where too many orders are unknown, or a strand itself."""
+        unknown = [number for number, top in enumerate(self._reduced.tops) if top is None]
+        if len(unknown) > MAX_UNKNOWN or min(self.strand_confidences, default=1.0) < 0.5:
+            return
+        ways = product(product((0, 1), repeat=len(unknown)), (True, False)[: 1 + self.is_open])
+        for k, (orders, over) in enumerate(ways):
+            if k == len(self._made):
+                tops = list(self._reduced.tops)
+                for number, top in zip(unknown, orders, strict=True):
+                    tops[number] = top
+                self._made.append(self._reduced._map(tops))
+                close(self._made[k], over)
+                shorten(self._made[k])
+            yield self._made[k]
 
     def _agreed(self, measure: Callable[[PlanarMap], _T]) -> _T | None:
-        """Return what all readings give, or None."""
-        found = [measure(reading) for reading in self._readings]
-        return found[0] if found and all(one == found[0] for one in found) else None
+        """Return what all readings give, or None; those after the first disagreement are not made."""
+        readings = map(measure, self._readings())
+        first = next(readings, None)
+        return first if all(one == first for one in readings) else None
 
     @cached_property
     def alexander_polynomial(self) -> Polynomial | None:
@@ -368,7 +374,7 @@ class Diagram:
         """
         if len(self.passes) < 2:
             return self.is_knotted
-        rest = self.simplify().diagram
+        rest = self._reduced
         left = list(range(len(self.passes)))
         while free := [strand for strand, levels in rest._levels(left).items() if len(levels) < 2]:
             left.remove(free[0])

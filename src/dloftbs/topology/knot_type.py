@@ -28,9 +28,15 @@ def is_knotted(reading: PlanarMap) -> bool | None:
 
 def is_linked(reading: PlanarMap) -> bool | None:
     """Say whether closed strands are hooked to each other; None where no move and no polynomial tells."""
-    if all(below == above for below, above in reading.strands.values()):
-        return False
-    return True if alexander_polynomial(reading) else None
+    if alexander_polynomial(reading) and _is_crossed(reading):
+        return True
+    if _is_crossed(reading):
+        simplify(reading)
+    return None if _is_crossed(reading) else False
+
+
+def _is_crossed(reading: PlanarMap) -> bool:
+    return any(below != above for below, above in reading.strands.values())
 
 
 def name_of(reading: PlanarMap) -> str | None:

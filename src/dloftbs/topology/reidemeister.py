@@ -85,6 +85,13 @@ def descend(diagram: PlanarMap, chance: random.Random | None = None) -> tuple[Pl
     return way, moves
 
 
+def shorten(diagram: PlanarMap) -> None:
+    """Remove crossings by the first move, the second one and passes alone, fast."""
+    reduce(diagram)
+    while _lay_anew(diagram):
+        reduce(diagram)
+
+
 def reduce(diagram: PlanarMap) -> list[Move]:
     """Undo loops and double crossings until there are none: the first and the second move."""
     moves: list[Move] = []
