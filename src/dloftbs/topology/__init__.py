@@ -5,8 +5,9 @@ From a frame's result::
     diagram = topology.Diagram.from_result(result)
     diagram.is_knotted, diagram.gauss_code, diagram.next_move
 
-`diagram` is what users ask, and `crossing_passes` reads curves for it. `planar_map` holds a diagram as a graph in the
-plane, `reidemeister` simplifies that, and `knot_type` says what it is, by polynomials and the `knot_table`.
+`diagram` is what users ask; `result_passes` reads frames for it, and `crossing_passes` curves in space. `planar_map`
+holds a diagram as a graph in the plane, `reidemeister` simplifies that, and `knot_type` says what it is, by polynomials
+and the `knot_table`.
 """
 
 from __future__ import annotations

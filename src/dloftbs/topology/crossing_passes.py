@@ -1,4 +1,4 @@
-"""From geometry to the passes of a diagram: of a frame's curves and crossings, and of curves in space."""
+"""From curves in space to the passes of a diagram."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve
-from dloftbs.data.frame_result import FrameResult
-from dloftbs.data.tracks import Track
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray, as_points
-from dloftbs.support.values import check_flag, check_integer, check_type, shown
+from dloftbs.support.values import check_flag, shown
 
 _CHORDS = 400
 """Number of chords that stand for a spline in space.
@@ -65,65 +63,8 @@ def _exchanged(one: CrossingPasses) -> CrossingPasses:
     return one._replace(at=(one.at[1], one.at[0]), cross=-one.cross, top=top)
 
 
-def passes_of_result(
-    result: FrameResult, objects: Sequence[int | Track] | None, min_confidence: float
-) -> dict[str, Any]:
-    """Return the fields of a diagram of the objects in a frame.
-
-    Raises
-    ------
-    InputError
-        If an object is not in the frame, or a crossing lies on one that does not run there.
-    """
-    check_type("result", result, FrameResult)
-    chosen = range(len(result.detections)) if objects is None else objects
-    if not isinstance(chosen, Sequence):
-        raise InputError(f"objects must be a sequence of indices of detections or of tracks, got {shown(objects)}")
-    places = [_place_of(result, one) for one in chosen]
-    strands = {detection: strand for strand, (detection, _) in enumerate(places)}
-    if len(strands) < len(places):
-        raise InputError(f"objects must differ, got {shown([detection for detection, _ in places])}")
-    found = []
-    for label, crossing in enumerate(result.crossings):
-        if not all(detection in strands for detection, _ in crossing.passes):
-            continue
-        at, directions = [], []
-        for detection, u in crossing.passes:
-            found_one = result.detections[detection]
-            away = float(np.linalg.norm(found_one.curve(u) - np.asarray(crossing.position)))
-            if away > max(found_one.width_px, 1.0):
-                raise InputError(
-                    f"crossing {label} lies {away:.3g} px from detection {detection} at u={u:.3g}, more than its width "
-                    f"of {found_one.width_px:.3g} px: crossings and detections must be those of one frame"
-                )
-            backwards = places[strands[detection]][1]
-            directions.append(found_one.curve.tangent(u) * (-1.0 if backwards else 1.0))
-            at.append((strands[detection], 1.0 - u if backwards else u))
-        # The y axis of the image points down.
-        cross = -_cross(directions[0], directions[1])
-        # An order that comes without a confidence is meant as it is.
-        stated = crossing.confidence or float(crossing.top is not None)
-        top = crossing.top if stated >= min_confidence else None
-        found.append(CrossingPasses((at[0], at[1]), float(cross), top, stated, label))
-    chosen_ones = [result.detections[detection] for detection in strands]
-    return {
-        **assemble_passes([one.curve.closed for one in chosen_ones], found),
-        "objects": tuple(strands),
-        "strand_confidences": tuple([one.confidence for one in chosen_ones]),
-    }
-
-
-def _place_of(result: FrameResult, one: int | Track) -> tuple[int, bool]:
-    """Return which detection an object is, and whether it is run backwards."""
-    if not isinstance(one, Track):
-        return check_integer("an object", one, 0, len(result.detections) - 1), False
-    detection, backwards = result._place_of(one)
-    if detection is None:
-        raise InputError(f"track {one.id} has no detection in this frame, and no crossings: it is {one.state.value}")
-    return detection, backwards
-
-
-def _cross(a: FloatArray, b: FloatArray) -> Any:
+def cross_product(a: FloatArray, b: FloatArray) -> Any:
+    """Return the cross product of vectors in the plane, whatever their third coordinate."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
@@ -153,10 +94,10 @@ def passes_of_curves(
         if flags[owner[i]] and place[i] == 0:
             beside |= same & (place[later] == len(lines[owner[i]]) - 2)
         later = later[~beside]
-        offset, slope = base[later] - base[i], _cross(step[i], step[later])
+        offset, slope = base[later] - base[i], cross_product(step[i], step[later])
         parallel = np.abs(slope) <= _PARALLEL * np.hypot(*step[i, :2]) * np.hypot(*step[later, :2].T)
         with np.errstate(divide="ignore", invalid="ignore"):
-            s, t = _cross(offset, step[later]) / slope, _cross(offset, step[i]) / slope
+            s, t = cross_product(offset, step[later]) / slope, cross_product(offset, step[i]) / slope
         cuts = np.flatnonzero(~parallel & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1))
         for j, a, b, cross in zip(later[cuts], s[cuts], t[cuts], slope[cuts], strict=True):
             above = float(base[i, 2] + a * step[i, 2] - base[j, 2] - b * step[j, 2])

@@ -17,13 +17,14 @@ from dloftbs.data.tracks import Track
 from dloftbs.errors import InputError
 from dloftbs.support.values import check_flag, check_integer, check_number, set_fields
 from dloftbs.topology.codes import gauss_code_of, passes_of_gauss_code, pd_code_of
-from dloftbs.topology.crossing_passes import passes_of_curves, passes_of_result
+from dloftbs.topology.crossing_passes import passes_of_curves
 from dloftbs.topology.diagram_fields import check_sequence, checked_fields
 from dloftbs.topology.end_moves import EndMove, next_end_move
 from dloftbs.topology.knot_table import Polynomial
 from dloftbs.topology.knot_type import alexander_polynomial, close, is_knotted, is_linked, name_of
 from dloftbs.topology.planar_map import PlanarMap
 from dloftbs.topology.reidemeister import Move, shorten, simplify
+from dloftbs.topology.result_passes import passes_of_result
 
 _T = TypeVar("_T")
 
@@ -247,8 +248,8 @@ class Diagram:
         return Simplified(Diagram._of_map(diagram, self), tuple(moves))
 
     @property
-    def signs(self) -> tuple[int, ...] | None:
-        """For each crossing, 1 if it is right-handed and -1 if left-handed; None where an order is unknown."""
+    def _drawn_signs(self) -> tuple[int, ...] | None:
+        """Signs of the crossings as they are drawn."""
         if None in self.tops:
             return None
         return tuple([-turn if top else turn for turn, top in zip(self.turns, self.tops, strict=True)])
@@ -256,7 +257,12 @@ class Diagram:
     @property
     def writhe(self) -> int | None:
         """Sum of the signs of the crossings as they are drawn; None where an order is unknown."""
-        return None if self.signs is None else sum(self.signs)
+        return None if self._drawn_signs is None else sum(self._drawn_signs)
+
+    @property
+    def signs(self) -> tuple[int, ...] | None:
+        """For each crossing of `gauss_code`, in the order of its number, 1 if it is right-handed and -1 if not."""
+        return None if self._drawn is None else self._drawn._drawn_signs
 
     @property
     def gauss_code(self) -> tuple[tuple[int, ...], ...] | None:
@@ -272,10 +278,9 @@ class Diagram:
 
         Edges are numbered from 1 on, along each strand. Of open strands it is that of `close`, over everything.
         """
-        drawn, code = self._drawn, self.gauss_code
-        if drawn is None or code is None or drawn.signs is None:
+        if self._drawn is None or self.gauss_code is None or self.signs is None:
             return None
-        return pd_code_of(drawn.passes, code, drawn.signs)
+        return pd_code_of(self._drawn.passes, self.gauss_code, self.signs)
 
     @cached_property
     def _drawn(self) -> Diagram | None:
