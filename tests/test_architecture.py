@@ -51,6 +51,7 @@ MAY_IMPORT = {
     "robot": OUTSIDE | {"sources"},
     "sinks": OUTSIDE | {"viz", "ros"},
     "ros": OUTSIDE | {"sources", "sinks", "viz", "robot"},
+    "topology": OUTSIDE,
     "viz": OUTSIDE,
     "ui": OUTSIDE | {"pipeline", "segmentation", "sinks", "sources", "viz"},
     "cli": OUTSIDE | {"api", "pipeline", "segmentation", "sources", "sinks", "viz", "ros", "ui", "robot", ""},
@@ -321,7 +322,7 @@ def test_the_data_types_load_no_compiler_and_no_opencv():
     assert loaded.isdisjoint({"numba", "cv2"})
 
 
-@pytest.mark.parametrize("room", ["ros", "sinks", "viz"])
+@pytest.mark.parametrize("room", ["ros", "sinks", "topology", "viz"])
 def test_a_room_lists_its_public_names_alone(room):
     """Whoever explores it in a shell sees no modules of ours, and none of others."""
     assert dir(getattr(dloftbs, room)) == sorted(getattr(dloftbs, room).__all__)

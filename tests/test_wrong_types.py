@@ -21,7 +21,7 @@ from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.ros.message_types import MessageTypes
 
-ROOMS = ("config", "evaluation", "lab", "ros", "sinks", "sources", "viz")
+ROOMS = ("config", "evaluation", "lab", "ros", "sinks", "sources", "topology", "viz")
 WRONG: dict[str, object] = {
     "nothing": None,
     "a number": 5,
@@ -75,6 +75,7 @@ def image() -> np.ndarray:
     return np.zeros((40, 60, 3), np.uint8)
 
 
+KNOT = dloftbs.topology.Diagram(((0, 1, 2, 0, 1, 2),), (True,), (1, -1, 1), (1, 0, 1))
 TRUTH = dloftbs_lab.Truth(CURVES, (), tuple(range(1, len(CURVES) + 1)))
 
 
@@ -105,6 +106,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.RclpyFactory": ros.RclpyFactory(),
         "ros.Recording": RECORDING,
         "ros.RosbagsFactory": MAKE,
+        "topology.Diagram": KNOT,
         "viz.Style": dloftbs.viz.Style(),
     }
     in_image = ros.sample_px(track)
@@ -298,6 +300,18 @@ def calls(folder: Path) -> dict[str, Call]:
         "lab.Truth": {"curves": CURVES, "visible_masks": (), "ids": TRUTH.ids, "curves_3d": ()},
         "lab.Truth.from_dict": {"data": TRUTH.to_dict()},
         "lab.open_labelled": {"folder": folder, "layout": "auto"},
+        "topology.Diagram": {
+            **{"passes": KNOT.passes, "closed": KNOT.closed, "turns": KNOT.turns, "tops": KNOT.tops},
+            **{"confidences": KNOT.confidences, "labels": KNOT.labels, "objects": KNOT.objects},
+            **{"strand_confidences": KNOT.strand_confidences},
+        },
+        "topology.Diagram.close": {"over": True},
+        "topology.Diagram.from_curves": {"curves": [SPACE], "closed": None},
+        "topology.Diagram.from_gauss_code": {"code": KNOT.gauss_code, "signs": KNOT.signs},
+        "topology.Diagram.from_pd_code": {"code": KNOT.pd_code},
+        "topology.Diagram.from_result": {"result": RESULT, "objects": [0], "min_confidence": 0.9},
+        "topology.Diagram.part": {"strands": [0]},
+        "topology.describe": {"result": RESULT},
         "viz.Style": {"ink": (1, 2, 3), "line_px": 1.0, "panel_px": 100},
         "viz.Style.colour": {"order": 1},
         "viz.Style.scaled": {"size": (40, 60)},
@@ -346,7 +360,7 @@ LEFT_OUT = {
     "evaluation.Matching.clean", "evaluation.Pair", "evaluation.PointError", "evaluation.TrackingScores",
     "ros.MessageFactory.__call__",
     "evaluation.TrackingScorer.add", "evaluation.TrackingScorer.track_of", "evaluation.match_distances",
-    "lab.write_sequence", "FrameResult.to_dataframe",
+    "lab.write_sequence", "FrameResult.to_dataframe", "topology.EndMove", "topology.Move", "topology.Simplified",
 }  # fmt: skip
 """Names that other tests try, or that nobody calls by hand."""
 MADE_BY_OPEN = ("Source", "Sink", "KnownSequence")

@@ -24,7 +24,7 @@ from dloftbs.data.presentation import Outputs, register_outputs
 from dloftbs.errors import explain_import
 
 if TYPE_CHECKING:
-    from dloftbs import config, ros, sinks, sources, viz
+    from dloftbs import config, ros, sinks, sources, topology, viz
     from dloftbs.api import detect, track
     from dloftbs.camera import DepthRegistration, PinholeCamera
     from dloftbs.config import Config, HsvRange, Stroke
@@ -67,7 +67,7 @@ _HOME = {
     "DepthRegistration": "camera",
     "Tracker": "tracking",
 }
-_SUBMODULES = ("config", "ros", "sinks", "sources", "viz")
+_SUBMODULES = ("config", "ros", "sinks", "sources", "topology", "viz")
 
 __all__ = [
     "BSplineCurve",
@@ -111,6 +111,7 @@ __all__ = [
     "ros",
     "sinks",
     "sources",
+    "topology",
     "track",
     "viz",
 ]

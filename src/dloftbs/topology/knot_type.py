@@ -1,0 +1,116 @@
+"""Knot types of closed strands whose orders are known: polynomials, and what these say with the moves."""
+
+from __future__ import annotations
+
+from dloftbs.topology.knot_table import KNOTS, TABLED_CROSSINGS, Polynomial
+from dloftbs.topology.planar_map import PlanarMap
+from dloftbs.topology.reidemeister import simplify
+
+_TRIVIAL_CROSSINGS = 10
+"""Number of crossings up to which a diagram with the polynomial 1 is no knot.
+
+Source: the least knots with that polynomial, of J. H. Conway and of S. Kinoshita and H. Terasaka, have 11 crossings.
+"""
+
+
+def close(diagram: PlanarMap, over: bool) -> None:
+    """Join both ends of each open strand, over everything or under everything."""
+    for strand in sorted({(-dart - 1) // 2 for dart in diagram.mate if dart < 0}):
+        diagram.join(-2 * strand - 2, -2 * strand - 1, over)
+
+
+def is_knotted(reading: PlanarMap) -> bool | None:
+    """Say whether one closed strand is knotted; None where no move and no polynomial tells."""
+    if reading.enters and alexander_polynomial(reading) != (1,):
+        return True
+    return False if _is_drawn_with(reading, _TRIVIAL_CROSSINGS) else None
+
+
+def is_linked(reading: PlanarMap) -> bool | None:
+    """Say whether closed strands are hooked to each other; None where no move and no polynomial tells."""
+    if alexander_polynomial(reading) and _is_crossed(reading):
+        return True
+    if _is_crossed(reading):
+        simplify(reading)
+    return None if _is_crossed(reading) else False
+
+
+def _is_crossed(reading: PlanarMap) -> bool:
+    return any(below != above for below, above in reading.strands.values())
+
+
+def name_of(reading: PlanarMap) -> str | None:
+    """Return the name of the knot that one closed strand is; None if it has more crossings than the table."""
+    name = KNOTS.get(alexander_polynomial(reading))
+    return name if name is not None and _is_drawn_with(reading, TABLED_CROSSINGS) else None
+
+
+def _is_drawn_with(reading: PlanarMap, crossings: int) -> bool:
+    """Say whether simplification comes down to a number of crossings, by a longer search where it has not yet."""
+    if len(reading.enters) > crossings:
+        simplify(reading)
+    return len(reading.enters) <= crossings
+
+
+def alexander_polynomial(diagram: PlanarMap) -> Polynomial:
+    """Return the coefficients of the Alexander polynomial in one variable of closed strands, the lowest power first.
+
+    The first one is positive; of strands that can be pulled apart there are none. It is a minor of Fox's matrix, which
+    has a column for each arc from one underpass to the next and a row for each crossing. Its value at one power of two
+    that no coefficient comes near has all coefficients as digits.
+
+    Source: R. H. Crowell and R. H. Fox, Introduction to Knot Theory, 1963.
+    """
+    crossings = list(diagram.enters)
+    arcs = {4 * c + (diagram.enters[c][0] ^ 2): number for number, c in enumerate(crossings)}
+    below = {c: strands[0] for c, strands in diagram.strands.items()}
+    if any(strand not in below.values() for strands in diagram.strands.values() for strand in strands):
+        return ()  # one that lies over all others
+    bits = 2 * len(crossings) + 2
+    t = 1 << bits
+    rows = []
+    for c in crossings:
+        row = [0] * len(crossings)
+        into, above = 4 * c + diagram.enters[c][0], 4 * c + diagram.enters[c][1]
+        before, after = (1, -t) if diagram.sign(c) > 0 else (-t, 1)
+        row[_arc_into(diagram, arcs, into)] += before
+        row[arcs[into ^ 2]] += after
+        row[_arc_into(diagram, arcs, above)] += t - 1
+        rows.append(row[:-1])
+    return _digits(determinant(rows[:-1]), bits)
+
+
+def _arc_into(diagram: PlanarMap, arcs: dict[int, int], dart: int) -> int:
+    """Return the number of the arc that enters a crossing by a dart."""
+    while (dart := diagram.mate[dart]) not in arcs:
+        dart ^= 2
+    return arcs[dart]
+
+
+def determinant(rows: list[list[int]]) -> int:
+    """Return the determinant of a matrix of integers, exactly: by E. H. Bareiss' elimination, 1968."""
+    rows, sign, divisor = [row[:] for row in rows], 1, 1
+    for k in range(len(rows) - 1):
+        pivot = next((i for i in range(k, len(rows)) if rows[i][k]), None)
+        if pivot is None:
+            return 0
+        if pivot != k:
+            rows[k], rows[pivot], sign = rows[pivot], rows[k], -sign
+        for row in rows[k + 1 :]:
+            head = row[k]
+            for j in range(k + 1, len(rows)):
+                row[j] = (row[j] * rows[k][k] - head * rows[k][j]) // divisor
+        divisor = rows[k][k]
+    return sign * rows[-1][-1] if rows else 1
+
+
+def _digits(value: int, bits: int) -> Polynomial:
+    """Return the digits of a number in the base of a power of two, around zero, without zeros at both ends."""
+    digits, half = [], 1 << (bits - 1)
+    while value:
+        digit = ((value + half) & ((1 << bits) - 1)) - half
+        digits.append(digit)
+        value = (value - digit) >> bits
+    while digits and not digits[0]:
+        digits.pop(0)
+    return tuple([-digit for digit in digits] if digits and digits[0] < 0 else digits)
