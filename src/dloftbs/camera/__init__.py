@@ -5,5 +5,6 @@ from __future__ import annotations
 from dloftbs.camera.lens_models import LensModel
 from dloftbs.camera.pinhole import CameraLike, PinholeCamera, as_camera
 from dloftbs.camera.registration import DepthRegistration
+from dloftbs.camera.rig_files import inverse_of, read_rig
 
-__all__ = ["CameraLike", "DepthRegistration", "LensModel", "PinholeCamera", "as_camera"]
+__all__ = ["CameraLike", "DepthRegistration", "LensModel", "PinholeCamera", "as_camera", "inverse_of", "read_rig"]
