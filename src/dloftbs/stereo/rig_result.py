@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -294,6 +294,29 @@ class RigResult:
     def total_ms(self) -> float:
         """Milliseconds of all views and of the rig together."""
         return sum(view.total_ms for view in self.views) + sum(self.stage_ms.values())
+
+    def as_frame_result(self) -> FrameResult:
+        """Return the result of the first view with the rig's ids, for sinks and drawings.
+
+        Its detections have their curves in space already. Its tracks have the ids of the rig's, and their curves in
+        space; what the first view's tracker does not know is left out.
+        """
+        view = self.views[0]
+        own = {track.id: track for track in view.tracks}
+        tracks = []
+        for track in self.tracks:
+            seen = own.get(track.members[0] or 0)
+            if seen is not None:
+                number, backwards = view._place_of(seen)
+                # The view's track holds the detection as it was before it had its curve in space.
+                detection = seen.detection
+                if number is not None:
+                    detection = view[number].reversed() if backwards else view[number]
+                curve = None if detection is None else detection.curve_3d
+                camera = None if detection is None else detection.camera
+                tracks.append(replace(seen, id=track.id, curve_3d=curve, camera=camera, detection=detection))
+        stage_ms = {f"view {number}": one.total_ms for number, one in enumerate(self.views)}
+        return replace(view, tracks=tuple(tracks), stage_ms={**stage_ms, **self.stage_ms})
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
