@@ -39,7 +39,7 @@ def doubt_rig(
     own = _agreement([match[1] for match in matches if {0, 1} <= match.keys()])
     if not first or not second or own > _POOR * MOST_MEAN_COST * min(len(first), len(second)):
         return None
-    pose, std = geometry.between(0, 1), geometry.epipolar_std(0)
+    pose, std = geometry.steps[0][1], geometry.epipolar_std(0)
     inverse = Pose(pose.rotation.T.copy(), -pose.rotation.T @ pose.shift)
     exchanged = _agreement(match_views(second, first, pose, std))
     inverted = _agreement(match_views(first, second, inverse, std))

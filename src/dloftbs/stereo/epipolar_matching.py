@@ -80,10 +80,8 @@ def match_views(
     costs = np.full((len(first), len(second), 2), math.inf)
     for i, a in enumerate(first):
         for j, b in enumerate(second):
-            if np.isfinite(a.nodes).all() and np.isfinite(b.nodes).all():
-                costs[i, j] = path_costs(
-                    a.nodes, b.nodes, a.node_radii, b.node_radii, pose.rotation, pose.shift, std**2
-                )
+            if a.is_whole and b.is_whole:
+                costs[i, j] = path_costs(a.nodes, b.nodes, a.widths, b.widths, pose.rotation, pose.shift, std**2)
     best = costs.min(axis=2)
     if extra is not None:
         best = best + extra
@@ -98,5 +96,6 @@ def match_views(
 
 def _probability(gains: FloatArray, i: int, j: int) -> float:
     """Return the probability of a pair among those that share one of the two, and none at all."""
-    others = np.concatenate((np.delete(gains[i], j), np.delete(gains[:, j], i), [0.0]))
-    return 1.0 / (1.0 + float(np.exp(0.5 * EVIDENCE * (gains[i, j] - others)).sum()))
+    own = float(gains[i, j])
+    others = np.exp(0.5 * EVIDENCE * (own - gains[i])).sum() + np.exp(0.5 * EVIDENCE * (own - gains[:, j])).sum()
+    return 1.0 / (float(others) - 1.0 + math.exp(0.5 * EVIDENCE * own))

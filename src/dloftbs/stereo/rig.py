@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import logging
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,6 +18,7 @@ import numpy.typing as npt
 
 from dloftbs.camera import CameraLike, PinholeCamera, as_camera, inverse_of, read_rig
 from dloftbs.config import Colour, ConfigLike, RoiLike
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Detection
 from dloftbs.data.frame import Frame, as_frame
 from dloftbs.data.frame_result import FrameResult
@@ -181,7 +184,7 @@ class CameraRig:
         }
 
     def __repr__(self) -> str:
-        apart = ", ".join(f"{1e3 * float(np.linalg.norm(pose.shift)):.4g} mm" for pose in self._geometry.poses[1:])
+        apart = ", ".join(f"{1e3 * float(np.linalg.norm(pose.shift)):.4g} mm" for pose in self._geometry.steps[0][1:])
         return f"CameraRig({len(self.cameras)} cameras{f', {apart} from the first' if apart else ''})"
 
     @cached_property
@@ -189,10 +192,13 @@ class CameraRig:
         return self._geometry_of(self.cameras, self.poses)
 
     def _geometry_of(self, cameras: tuple[PinholeCamera, ...], poses: Sequence[FloatArray]) -> RigGeometry:
-        from_first = [inverse_of(pose) @ poses[0] for pose in poses]
         errors = RigErrors(self.rotation_std_deg, self.pixel_std)
-        made = [Pose(np.ascontiguousarray(one[:3, :3]), one[:3, 3].copy()) for one in from_first]
-        return RigGeometry(cameras, tuple(made), errors)
+        steps = []
+        for start in poses:
+            made = [inverse_of(pose) @ start for pose in poses]
+            steps.append(tuple(Pose(np.ascontiguousarray(one[:3, :3]), one[:3, 3].copy()) for one in made))
+        focals = tuple(math.sqrt(camera.fx * camera.fy) for camera in cameras)
+        return RigGeometry(cameras, tuple(steps), errors, focals)
 
     def project(self, points_m: npt.ArrayLike) -> tuple[FloatArray, ...]:
         """Project points in the frame of the first camera to the images of all.
@@ -214,7 +220,7 @@ class CameraRig:
         points = as_numbers("points_m", points_m)
         if points.ndim < 1 or points.shape[-1] != 3:
             raise InputError(f"points_m must have shape (..., 3), got {points.shape}")
-        pairs = zip(self.cameras, self._geometry.poses, strict=True)
+        pairs = zip(self.cameras, self._geometry.steps[0], strict=True)
         return tuple(camera.project(points @ pose.rotation.T + pose.shift) for camera, pose in pairs)
 
     def detect(
@@ -321,7 +327,8 @@ class CameraRig:
             if depth_unit_m is not None:
                 own["depth_unit_m"] = depth_unit_m
             try:
-                frames.append(replace(frame, camera=camera, **own))
+                camera.check_size(frame.size)
+                frames.append(_with_camera(replace(frame, **own) if own else frame, camera))
             except InputError as error:
                 raise InputError(f"view {number}: {error}") from error
         sizes = {frame.size for frame in frames}
@@ -366,10 +373,17 @@ class CameraRig:
         return RigResult(views, found.objects, (), stage_ms, results[0].index, results[0].stamp)
 
 
+def _with_camera(frame: Frame, camera: PinholeCamera) -> Frame:
+    """Return a frame with a camera that suits its size; all else was checked before."""
+    seen = copy.copy(frame)
+    object.__setattr__(seen, "camera", camera)
+    return seen
+
+
 def _with_space(view: int, result: FrameResult, found: RigObjects, geometry: RigGeometry) -> FrameResult:
     """Return the result of a view whose detections have their curves in space, in its own camera's frame."""
     detections = list(result.detections)
-    pose, camera = geometry.poses[view], geometry.cameras[view]
+    pose, camera = geometry.steps[0][view], geometry.cameras[view]
     for one, matches in zip(found.objects, found.matches, strict=True):
         match = matches.get(view)
         if match is None:
@@ -380,13 +394,20 @@ def _with_space(view: int, result: FrameResult, found: RigObjects, geometry: Rig
                 made = Detection._unchecked(own.centerline, own.curve, None, one.no_3d_reason)
                 detections[match.second] = made
             continue
-        curve = one.curve_3d if view == 0 else one.curve_3d.transformed(pose.rotation, pose.shift)
+        curve = one.curve_3d
+        if view > 0:
+            control = curve.control_points @ pose.rotation.T + pose.shift
+            curve = BSplineCurve._unchecked(curve.knots, control, curve.degree, curve.closed)
         spans = one.inferred_3d
         if match.backwards:
             curve = curve.reversed()
             spans = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(spans)])
-        detections[match.second] = Detection(own.centerline, own.curve, curve, None, spans, camera)
-    return replace(result, detections=tuple(detections))
+        made = Detection._unchecked(own.centerline, own.curve, curve, None, (), camera)
+        made.__dict__["inferred_3d"] = spans
+        detections[match.second] = made
+    seen = copy.copy(result)
+    object.__setattr__(seen, "detections", tuple(detections))
+    return seen
 
 
 def _checked_poses(poses: Sequence[npt.ArrayLike], count: int) -> tuple[FloatArray, ...]:

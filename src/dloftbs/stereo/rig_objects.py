@@ -15,7 +15,7 @@ from dloftbs.stereo.epipolar_matching import EPIPOLAR_STD_PX, Match, match_views
 from dloftbs.stereo.kernels.epipolar_paths import find_path
 from dloftbs.stereo.rig_result import RigObject
 from dloftbs.stereo.space_fit import STD_SAMPLES, Pose, RigErrors, Sight, SpaceCurve, fit_in_space, partners_on
-from dloftbs.stereo.view_curves import NODES, ViewCurve, view_curves
+from dloftbs.stereo.view_curves import NODES, ViewCurve, rough_length, view_curves
 from dloftbs.support.arrays import AnyArray, FloatArray
 
 _MOST_RESIDUAL_PX = 3.0
@@ -34,26 +34,21 @@ class RigGeometry(NamedTuple):
     Parameters
     ----------
     cameras : tuple of PinholeCamera
-    poses : tuple of Pose
-        From the frame of the first view to that of each.
+    steps : tuple of tuple of Pose
+        From the frame of each view to that of each.
     errors : RigErrors
+    focals_px : tuple of float
     """
 
     cameras: tuple[PinholeCamera, ...]
-    poses: tuple[Pose, ...]
+    steps: tuple[tuple[Pose, ...], ...]
     errors: RigErrors
-
-    def between(self, first: int, second: int) -> Pose:
-        """Return the pose that takes points of one view to another."""
-        a, b = self.poses[first], self.poses[second]
-        rotation = np.ascontiguousarray(b.rotation @ a.rotation.T)
-        return Pose(rotation, b.shift - rotation @ a.shift)
+    focals_px: tuple[float, ...]
 
     def epipolar_std(self, view: int) -> float:
         """Return the standard deviation of a right pair's distance from the epipolar constraint, of rays."""
-        focal_px = math.sqrt(self.cameras[view].fx * self.cameras[view].fy)
-        rotation, pixel = math.radians(self.errors.rotation_std_deg), self.errors.pixel_std / focal_px
-        return math.sqrt((EPIPOLAR_STD_PX / focal_px) ** 2 + rotation**2 + 2.0 * pixel**2)
+        rotation, pixel = math.radians(self.errors.rotation_std_deg), self.errors.pixel_std / self.focals_px[view]
+        return math.sqrt((EPIPOLAR_STD_PX / self.focals_px[view]) ** 2 + rotation**2 + 2.0 * pixel**2)
 
 
 class RigObjects(NamedTuple):
@@ -67,9 +62,12 @@ def curves_of_views(
     results: Sequence[FrameResult], masks: Sequence[AnyArray], cameras: Sequence[PinholeCamera]
 ) -> list[list[ViewCurve]]:
     """Return the curves of each view, all with the same distance between their nodes as rays."""
-    longest = [max((one.curve.length for one in result.detections), default=0.0) for result in results]
     focals = [math.sqrt(camera.fx * camera.fy) for camera in cameras]
-    spacing = max(length / focal for length, focal in zip(longest, focals, strict=True)) / NODES
+    longest = [
+        max((rough_length(one) for one in result.detections), default=0.0) / focal
+        for result, focal in zip(results, focals, strict=True)
+    ]
+    spacing = max(longest) / NODES
     return [
         view_curves(result.detections, mask, camera, max(spacing * focal, 1.0))
         for result, mask, camera, focal in zip(results, masks, cameras, focals, strict=True)
@@ -127,7 +125,7 @@ def _groups(
             matches = match_views(
                 [curves[first][i] for i in rows],
                 [curves[view][j] for j in columns],
-                geometry.between(first, view),
+                geometry.steps[first][view],
                 geometry.epipolar_std(first),
                 None if costs is None else costs[np.ix_(rows, columns)],
             )
@@ -152,9 +150,9 @@ def _in_space(
     low, high = last, 0
     paired = []
     for view in others:
-        b, pose = curves[view][members[view].second], geometry.between(first, view)
+        b, pose = curves[view][members[view].second], geometry.steps[first][view]
         path = find_path(
-            a.nodes, b.nodes, a.node_radii, b.node_radii, pose.rotation, pose.shift,
+            a.nodes, b.nodes, a.widths, b.widths, pose.rotation, pose.shift,
             geometry.epipolar_std(first) ** 2, members[view].backwards,
         )  # fmt: skip
         depths, weights, partners = partners_on(a.nodes, b.nodes, pose, path, members[view].backwards)
@@ -177,11 +175,12 @@ def _in_space(
     known = total > 0.0
     inverse_depths[known] /= total[known]
     count = max(len(results[view].detections[members[view].second].curve.control_points) for view in members)
-    focals = [math.sqrt(camera.fx * camera.fy) for camera in geometry.cameras]
-    poses = [geometry.between(first, view) for view in range(len(geometry.cameras))]
+    rotations = np.stack([pose.rotation for pose in geometry.steps[first]])
+    shifts = np.stack([pose.shift for pose in geometry.steps[first]])
     return fit_in_space(
-        a.nodes[low : high + 1], inverse_depths, total, sights, poses, focals, count, geometry.errors, first
-    )
+        a.nodes[low : high + 1], inverse_depths, total, sights, rotations, shifts, geometry.focals_px, count,
+        geometry.errors, first,
+    )  # fmt: skip
 
 
 def _object(
@@ -201,11 +200,11 @@ def _object(
     first = min(members)
     curve = fitted.curve
     if first > 0:
-        pose = geometry.poses[first]
+        pose = geometry.steps[0][first]
         curve = curve.transformed(pose.rotation.T, -pose.rotation.T @ pose.shift)
     unknown = ~fitted.shown | (fitted.std_m > fitted.width_m)
     spans = spans_by_length(curve, _spans_of(unknown))
-    return RigObject(row, curve, None, spans, fitted.width_m, confidence, fitted.std_m)
+    return RigObject._unchecked(row, curve, None, spans, fitted.width_m, confidence, fitted.std_m)
 
 
 def _spans_of(flags: AnyArray) -> tuple[tuple[float, float], ...]:

@@ -93,6 +93,30 @@ class RigObject:
                 raise InputError("std_m must be two numbers or more, none of them negative")
             set_fields(self, std_m=frozen(std))
 
+    @classmethod
+    def _unchecked(
+        cls,
+        members: Members,
+        curve_3d: BSplineCurve | None,
+        no_3d_reason: str | None,
+        inferred_3d: tuple[tuple[float, float], ...],
+        width_m: float | None,
+        confidence: float,
+        std_m: FloatArray | None,
+    ) -> RigObject:
+        """Make what the constructor makes, faster."""
+        made = cls.__new__(cls)
+        made.__dict__.update(
+            members=members,
+            curve_3d=curve_3d,
+            no_3d_reason=no_3d_reason,
+            inferred_3d=inferred_3d,
+            width_m=width_m,
+            confidence=confidence,
+            std_m=None if std_m is None else frozen(std_m),
+        )
+        return made
+
     def __repr__(self) -> str:
         in_space = f"{self.curve_3d.length:.4g} m" if self.curve_3d is not None else "not in space"
         return f"RigObject(members {self.members}, {in_space})"
@@ -119,7 +143,7 @@ class RigObject:
             return self
         spans = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d)])
         curve, std = self.curve_3d.reversed(), self.std_m[::-1].copy()
-        return RigObject(self.members, curve, None, spans, self.width_m, self.confidence, std)
+        return RigObject._unchecked(self.members, curve, None, spans, self.width_m, self.confidence, std)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -12,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import TrackState
+from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.stereo.rig_result import Members, RigObject, RigResult, RigTrack
 from dloftbs.support.arrays import FloatArray
 
@@ -102,7 +104,10 @@ class RigTracker:
             state = _state(ids, views)
             tracks.append(RigTrack(known.id, state, number, ids, known.curve, known.hits, 0))
         tracks += self._hidden(seen, views)
-        return replace(found, objects=tuple(objects), tracks=tuple(sorted(tracks, key=lambda track: track.id)))
+        tracked = copy.copy(found)
+        object.__setattr__(tracked, "objects", tuple(objects))
+        object.__setattr__(tracked, "tracks", tuple(sorted(tracks, key=lambda track: track.id)))
+        return tracked
 
     def _hidden(self, seen: set[int], views: Sequence[FrameResult]) -> list[RigTrack]:
         """Return the tracks that no view shows now, but whose tracks the views still publish."""
@@ -123,14 +128,13 @@ class RigTracker:
 def _points(one: RigObject) -> FloatArray | None:
     if one.curve_3d is None:
         return None
-    points: FloatArray = one.curve_3d.spline(np.linspace(0.0, 1.0, _SAMPLES))
-    return points
+    return sample_cubic(one.curve_3d.knots, one.curve_3d.control_points, 0.0, 1.0, _SAMPLES)[0]
 
 
 def _apart(a: FloatArray, b: FloatArray) -> tuple[float, bool]:
     """Return the mean distance of two curves' points, and whether it is less with one of them run backwards."""
-    forward = float(np.sqrt(((a - b) ** 2).sum(axis=1)).mean())
-    backward = float(np.sqrt(((a - b[::-1]) ** 2).sum(axis=1)).mean())
+    ways = np.stack((a - b, a - b[::-1]))
+    forward, backward = (np.sqrt((ways * ways).sum(axis=2)).sum(axis=1) / len(a)).tolist()
     return min(forward, backward), backward < forward
 
 

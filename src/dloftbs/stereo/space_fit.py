@@ -12,9 +12,8 @@ import numpy.typing as npt
 from scipy.interpolate import BSpline
 
 from dloftbs.data.curve import BSplineCurve
-from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.stereo.kernels.epipolar_paths import WIDTH_STD, triangulate_path
-from dloftbs.stereo.kernels.space_fit import BAND, ORDER, deviations, fit_points, fit_views
+from dloftbs.stereo.kernels.space_fit import BAND, ORDER, compare_widths, deviations, fit_views, start_curve
 from dloftbs.stereo.view_curves import ViewCurve
 from dloftbs.support.arrays import FloatArray, frozen
 
@@ -54,7 +53,7 @@ _RADIUS_STD_PX = 0.3
 Source: geometry; a mask's border is right to the root of a twelfth of a pixel.
 """
 
-_ITERATIONS = 4
+_ITERATIONS = 3
 """Number of Gauss's and Newton's steps.
 
 Source: measured; more steps move no curve by 0.01 of its deviation.
@@ -142,7 +141,8 @@ def fit_in_space(
     inverse_depths: FloatArray,
     weights: FloatArray,
     sights: Sequence[Sight],
-    poses: Sequence[Pose],
+    rotations: FloatArray,
+    shifts: FloatArray,
     focals_px: Sequence[float],
     control_count: int,
     errors: RigErrors,
@@ -157,7 +157,8 @@ def fit_in_space(
     inverse_depths, weights : numpy.ndarray, shape (n,)
         Roughly, as `partners_on` returns them.
     sights : sequence of Sight
-    poses : sequence of Pose
+    rotations : numpy.ndarray, shape (k, 3, 3)
+    shifts : numpy.ndarray, shape (k, 3)
         From that frame to those of all views.
     focals_px : sequence of float
         Of all views.
@@ -169,97 +170,46 @@ def fit_in_space(
     """
     n = min(max(control_count, _LEAST_CONTROL), _MOST_CONTROL)
     knots, roughness = _basis(n)
-    start = _start(nodes, inverse_depths, weights * (focals_px[first] / _START_STD_PX) ** 2)
-    if start is None:
+    control, length = start_curve(
+        nodes, inverse_depths, weights, (focals_px[first] / _START_STD_PX) ** 2, _BENDING, _LEAST_SHARE,
+        *_basis(_LEAST_CONTROL + len(nodes) // 2), knots, roughness,
+    )  # fmt: skip
+    if length == 0.0:
         return None
-    length = float(np.sqrt((np.diff(start, axis=0) ** 2).sum(axis=1)).sum())
     scale = 1.0 / (_BENDING * length**3)
-    # A rough point is as uncertain as half the distance to the next.
-    even = np.linspace(0.0, 1.0, len(start))
-    control = fit_points(even, start, np.full(len(start), (2.0 * len(start) / length) ** 2), knots, roughness, scale)
-    parts = [(sight, np.flatnonzero((sight.t >= 0.0) & (sight.t <= 1.0))) for sight in sights]
-    t = np.concatenate([sight.t[own] for sight, own in parts])
-    rays = np.concatenate([sight.curve.rays[own] for sight, own in parts])
-    normals = np.concatenate([sight.curve.normals[own] for sight, own in parts])
-    row_weights = np.concatenate([sight.curve.weights[own] for sight, own in parts])
-    views = np.repeat([sight.view for sight, _ in parts], [len(own) for _, own in parts])
-    rotations = np.stack([pose.rotation for pose in poses])
-    shifts = np.stack([pose.shift for pose in poses])
-    radii = np.concatenate([sight.curve.radii[own] for sight, own in parts])
-    clear = np.concatenate([sight.curve.clear[own] for sight, own in parts])
+    inside = [(sight.t >= 0.0) & (sight.t <= 1.0) for sight in sights]
+    t = np.concatenate([sight.t[own] for sight, own in zip(sights, inside, strict=True)])
+    rows = np.concatenate([sight.curve.rows[own] for sight, own in zip(sights, inside, strict=True)])
+    views = np.concatenate(
+        [np.full(np.count_nonzero(own), sight.view) for sight, own in zip(sights, inside, strict=True)]
+    )
     residuals, depths, factor = np.empty(len(t)), np.empty(len(t)), np.empty((3 * n, BAND))
-    most = _MOST_PX / focals_px[first]
+    most, shown, focals = _MOST_PX / focals_px[first], np.empty(n - ORDER + 1, bool), np.array(focals_px)
     for repeated in (False, True):
         if not fit_views(
-            control, knots, t, rays, normals, row_weights, views, rotations, shifts,
+            control, knots, t, rows, views, rotations, shifts,
             roughness, scale, most, _ITERATIONS, residuals, depths, factor,
         ):  # fmt: skip
             return None
-        unlike = _contradicted(t, views, radii, depths, focals_px) & clear
-        if repeated or not unlike.any():
+        unlike, width_m = compare_widths(
+            t, rows, depths, views, focals, n - ORDER + 1, WIDTH_STD, _RADIUS_STD_PX, _WIDTH_STDS, shown
+        )
+        if repeated or unlike == 0:
             break
-        row_weights[unlike] = 0.25 / radii[unlike] ** 2
-        clear[unlike] = False
-    pixel_std = np.full((len(poses), 2), errors.pixel_std) / np.array(focals_px)[:, None]
+    pixel_std = errors.pixel_std / focals
     std = deviations(
-        control, knots, t, rays, normals, row_weights, views, rotations, shifts,
+        control, knots, t, rows, views, rotations, shifts,
         pixel_std, math.radians(errors.rotation_std_deg), factor, STD_SAMPLES,
     )  # fmt: skip
-    residual_px = math.sqrt(float((residuals**2).mean())) * focals_px[first]
-    width_m = 2.0 * float(np.median(radii * depths))
+    residual_px = math.sqrt(float(residuals @ residuals) / len(residuals)) * focals_px[first]
     curve = BSplineCurve._unchecked(knots, control, ORDER - 1, False)
-    return SpaceCurve(curve, std, _shown(t[clear], views[clear], n), residual_px, width_m)
+    return SpaceCurve(curve, std, shown[_places(n - ORDER + 1)], residual_px, width_m)
 
 
-def _start(nodes: FloatArray, inverse_depths: FloatArray, weights: FloatArray) -> FloatArray | None:
-    """Return points in space along rays, at depths whose inverses are smooth; None where they lie behind the camera."""
-    total = float(weights.sum())
-    if not total > 0.0:
-        return None
-    mean = float((weights * inverse_depths).sum()) / total
-    steps = np.diff(nodes, axis=0)
-    length = float(np.hypot(steps[:, 0], steps[:, 1]).sum())
-    if not (mean > 0.0 and length > 0.0):
-        return None
-    knots, roughness = _basis(_LEAST_CONTROL + len(nodes) // 2)
-    even = np.linspace(0.0, 1.0, len(nodes))
-    columns = np.zeros((len(nodes), 3))
-    columns[:, 0] = inverse_depths
-    # What bends in space bends as much in depth, whose inverse falls with the square; a length has the depth in it.
-    prior = 1.0 / (_BENDING * length**3 * mean)
-    control = fit_points(even, columns, weights, knots, roughness, prior)
-    smooth, _ = sample_cubic(knots, control, 0.0, 1.0, len(nodes))
-    depths = 1.0 / np.maximum(smooth[:, 0], _LEAST_SHARE * mean)
-    points: FloatArray = np.empty((len(nodes), 3))
-    points[:, 0], points[:, 1], points[:, 2] = nodes[:, 0] * depths, nodes[:, 1] * depths, depths
-    return points
-
-
-def _contradicted(
-    t: FloatArray, views: _Ints, radii: FloatArray, depths: FloatArray, focals_px: Sequence[float]
-) -> npt.NDArray[np.bool_]:
-    """Return which observations show another width, in metres, than those of other views at the same place."""
-    unlike = np.zeros(len(t), bool)
-    widths = np.log(radii * depths)
-    sure = _WIDTH_STDS * np.sqrt(WIDTH_STD**2 + (_RADIUS_STD_PX / (radii * np.array(focals_px)[views])) ** 2)
-    own = [np.flatnonzero(views == view) for view in range(len(focals_px))]
-    own = [rows[np.argsort(t[rows], kind="stable")] for rows in own if len(rows)]
-    for rows in own:
-        for others in own:
-            if rows is not others:
-                expected = np.interp(t[rows], t[others], widths[others])
-                unlike[rows] |= np.abs(widths[rows] - expected) > sure[rows]
-    return unlike
-
-
-def _shown(t: FloatArray, views: _Ints, n: int) -> npt.NDArray[np.bool_]:
-    """Return whether two views have observations in a place's knot span."""
-    spans = n - ORDER + 1
-    of_t = np.minimum((t * spans).astype(np.int64), spans - 1)
-    counts = np.zeros((int(views.max(initial=0)) + 1, spans), bool)
-    counts[views, of_t] = True
-    places = np.minimum((np.linspace(0.0, 1.0, STD_SAMPLES) * spans).astype(np.int64), spans - 1)
-    return (counts.sum(axis=0) >= 2)[places]
+@lru_cache(maxsize=256)
+def _places(spans: int) -> _Ints:
+    """Return the knot span of each place at which the standard deviation is stated."""
+    return np.minimum((np.linspace(0.0, 1.0, STD_SAMPLES) * spans).astype(np.int64), spans - 1)
 
 
 @lru_cache(maxsize=256)

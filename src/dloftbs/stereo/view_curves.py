@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.detection import Detection
@@ -39,6 +38,12 @@ _FEWEST_NODES = 6
 Source: by hand; its ends, and a bend between them.
 """
 
+WEIGHT, RADIUS, CLEAR = 4, 5, 6
+"""Columns of `ViewCurve.rows` behind the ray and the normal.
+
+Source: by definition.
+"""
+
 
 class ViewCurve(NamedTuple):
     """A detection in one view, without its lens.
@@ -47,80 +52,100 @@ class ViewCurve(NamedTuple):
     ----------
     nodes : numpy.ndarray, shape (n, 2)
         Rays of points along it, evenly spaced in its spline's own parameter.
-    rays, normals : numpy.ndarray, shape (m, 2)
-        Observations, and the unit normals of the curve there.
+    widths : numpy.ndarray, shape (n,)
+        Half the width of the mask there, of rays.
     places : numpy.ndarray, shape (m,)
-        Shares of the length at which they are, ascending.
-    weights : numpy.ndarray, shape (m,)
-        One over their variances, of rays.
-    clear : numpy.ndarray, shape (m,), bool
-        False where the mask merges with that of another pass, and an observation is as far off as the cable is wide.
-    radii : numpy.ndarray, shape (m,)
-        Half the width of the mask, of rays.
-    node_radii : numpy.ndarray, shape (n,)
-        The same at the nodes.
+        Shares of the length at which there are observations, ascending.
+    rows : numpy.ndarray, shape (m, 7)
+        For each observation the ray x and y, the unit normal of the curve there, one over the variance across it, half
+        the width of the mask, all of rays, and 1. The last one is 0 where the mask merges with that of another pass: an
+        observation may be as far off as the cable is wide there.
+    is_whole : bool
+        False if some nodes lie beyond the field of the lens model.
     """
 
     nodes: FloatArray
-    rays: FloatArray
-    normals: FloatArray
+    widths: FloatArray
     places: FloatArray
-    weights: FloatArray
-    clear: npt.NDArray[np.bool_]
-    radii: FloatArray
-    node_radii: FloatArray
+    rows: FloatArray
+    is_whole: bool
 
 
 def view_curves(
     detections: Sequence[Detection], mask: AnyArray, camera: PinholeCamera, spacing_px: float
 ) -> list[ViewCurve]:
-    """Return the curves of a view; those beyond the field of its lens model have NaN for some nodes."""
+    """Return the curves of a view.
+
+    Parameters
+    ----------
+    detections : sequence of Detection
+    mask : numpy.ndarray, shape (H, W)
+        That they were found in.
+    camera : PinholeCamera
+    spacing_px : float
+        From node to node.
+    """
     if not detections:
         return []
     nodes, lines = [], []
     for detection in detections:
         curve, line = detection.curve, detection.centerline
-        count = max(round(curve.length / spacing_px) + 1, _FEWEST_NODES)
+        count = max(round(rough_length(detection) / spacing_px) + 1, _FEWEST_NODES)
         nodes.append(sample_cubic(curve.knots, curve.control_points, 0.0, 1.0, count)[0])
         lines.append(block_means(line.points, line.u, line.radius, _BLOCK_POINTS, _GAP_PX))
     blocks = np.concatenate(lines)
     starts = np.cumsum([0, *map(len, lines)])
     noise = np.empty(len(blocks))
-    block_noise(blocks, starts, mask.view(np.uint8) if mask.dtype == np.bool_ else mask, noise)
-    means, half_chords = blocks[:, :2], 0.5 * blocks[:, 4:6]
-    rays = _rays([*nodes, means, means - half_chords, means + half_chords], camera)
-    means, before, after = rays[len(nodes) :]
-    chords = after - before
-    normals = np.empty_like(chords)
-    size = np.sqrt(chords[:, 0] ** 2 + chords[:, 1] ** 2)
-    normals[:, 0], normals[:, 1] = -chords[:, 1] / size, chords[:, 0] / size
-    focal_px = math.sqrt(camera.fx * camera.fy)
-    clear = noise > 0.0
-    radii = blocks[:, 6]
-    weights = np.where(clear, blocks[:, 3] / noise, 1.0 / (2.0 * radii) ** 2) * focal_px**2
-    known: Any = np.isfinite(means + normals).all(axis=1) if camera.distortion else None
+    bits = mask if mask.dtype == np.uint8 else (mask if mask.dtype == np.bool_ else mask != 0).view(np.uint8)
+    block_noise(blocks, starts, bits, noise)
+    rows = _rows(blocks, noise, camera)
+    rays = _rays(np.concatenate(nodes), camera)
     curves = []
-    for number, own_nodes in enumerate(rays[: len(nodes)]):
-        own: Any = slice(int(starts[number]), int(starts[number + 1]))
-        if known is not None:
-            own = own.start + np.flatnonzero(known[own])
-        places, own_radii = blocks[own, 2].copy(), radii[own] / focal_px
-        node_radii = np.interp(np.linspace(0.0, 1.0, len(own_nodes)), places, own_radii)
-        curves.append(
-            ViewCurve(own_nodes, means[own], normals[own], places, weights[own], clear[own], own_radii, node_radii)
-        )
+    first = 0
+    for number, (own_nodes, line_blocks) in enumerate(zip(nodes, lines, strict=True)):
+        own = rays[first : first + len(own_nodes)]
+        first += len(own_nodes)
+        places, own_rows = line_blocks[:, 2].copy(), rows[starts[number] : starts[number + 1]]
+        is_whole = True
+        if camera.distortion:
+            known = np.isfinite(own_rows[:, :4]).all(axis=1)
+            places, own_rows = places[known], own_rows[known]
+            is_whole = bool(np.isfinite(own).all())
+        if len(places):
+            widths = np.interp(np.arange(len(own)) / (len(own) - 1), places, own_rows[:, RADIUS])
+        else:
+            widths = np.full(len(own), 0.5 * detections[number].width_px / math.sqrt(camera.fx * camera.fy))
+        curves.append(ViewCurve(own, widths, places, own_rows, is_whole))
     return curves
 
 
-def _rays(points_px: list[FloatArray], camera: PinholeCamera) -> list[FloatArray]:
-    """Return the rays (x, y, 1) of several arrays of points, without the lens."""
-    together = np.concatenate(points_px)
-    together -= (camera.cx, camera.cy)
-    together /= (camera.fx, camera.fy)
+def rough_length(detection: Detection) -> float:
+    """Return the length of the polygon of a curve's control points, px, which is hardly longer than the curve."""
+    steps = np.diff(detection.curve.control_points, axis=0)
+    return float(np.sqrt((steps * steps).sum(axis=1)).sum())
+
+
+def _rows(blocks: FloatArray, noise: FloatArray, camera: PinholeCamera) -> FloatArray:
+    """Return the observations that blocks are."""
+    focal_px = math.sqrt(camera.fx * camera.fy)
+    rows = np.empty((len(blocks), 7))
+    chords = blocks[:, 4:6]
     if camera.distortion:
-        together = camera.lens.undistorted(together)
-    rays, start = [], 0
-    for points in points_px:
-        rays.append(together[start : start + len(points)])
-        start += len(points)
-    return rays
+        means = blocks[:, :2]
+        rows[:, :2] = _rays(means, camera)
+        chords = _rays(means + 0.5 * chords, camera) - _rays(means - 0.5 * chords, camera)
+    else:
+        rows[:, 0], rows[:, 1] = (blocks[:, 0] - camera.cx) / camera.fx, (blocks[:, 1] - camera.cy) / camera.fy
+        chords = chords / (camera.fx, camera.fy)
+    size = np.hypot(chords[:, 0], chords[:, 1])
+    rows[:, 2], rows[:, 3] = -chords[:, 1] / size, chords[:, 0] / size
+    rows[:, RADIUS] = blocks[:, 6] / focal_px
+    rows[:, CLEAR] = clear = noise > 0.0
+    rows[:, WEIGHT] = np.where(clear, blocks[:, 3] * focal_px**2 / noise, 0.25 / rows[:, RADIUS] ** 2)
+    return rows
+
+
+def _rays(points_px: FloatArray, camera: PinholeCamera) -> FloatArray:
+    """Return the rays (x, y, 1) of points, without the lens."""
+    rays: FloatArray = (points_px - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
+    return camera.lens.undistorted(rays) if camera.distortion else rays

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import float64, int64
+from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
 
@@ -121,54 +121,41 @@ def _add_prior(band: _Floats, right: _Floats, control: _Floats, roughness: _Floa
 
 
 @helper
-def _add_square(band: _Floats, low: int, basis: _Four, x: float, y: float, z: float, weight: float) -> None:
-    """Add the square of a row, four basis functions times a direction in space, to the normal matrix."""
-    direction = (x, y, z)
+def _add_square(band: _Floats, low: int, basis: _Four, square: tuple[float, float, float, float, float, float]) -> None:
+    """Add a symmetric matrix (xx, xy, xz, yy, yz, zz), times the products of four basis functions, to the equations."""
+    xx, xy, xz, yy, yz, zz = square
     for r in range(ORDER):
-        for d in range(3):
-            value = weight * basis[r] * direction[d]
-            row = 3 * (low + r) + d
-            for e in range(d, 3):
-                band[row, e - d] += value * basis[r] * direction[e]
-            for s in range(r + 1, ORDER):
-                other = value * basis[s]
-                for e in range(3):
-                    band[row, 3 * (s - r) + e - d] += other * direction[e]
+        row = 3 * (low + r)
+        own = basis[r] * basis[r]
+        band[row, 0] += own * xx
+        band[row, 1] += own * xy
+        band[row, 2] += own * xz
+        band[row + 1, 0] += own * yy
+        band[row + 1, 1] += own * yz
+        band[row + 2, 0] += own * zz
+        for s in range(r + 1, ORDER):
+            both, k = basis[r] * basis[s], 3 * (s - r)
+            band[row, k] += both * xx
+            band[row, k + 1] += both * xy
+            band[row, k + 2] += both * xz
+            band[row + 1, k - 1] += both * xy
+            band[row + 1, k] += both * yy
+            band[row + 1, k + 1] += both * yz
+            band[row + 2, k - 2] += both * xz
+            band[row + 2, k - 1] += both * yz
+            band[row + 2, k] += both * zz
 
 
-@kernel(
-    read(float64, 1, "C"), read(float64, 2, "C"), read(float64, 1, "C"),
-    read(float64, 1, "C"), read(float64, 2, "C"), float64,
-)  # fmt: skip
-def fit_points(
-    t: _Floats, points: _Floats, weights: _Floats, knots: _Floats, roughness: _Floats, prior: float
-) -> _Floats:
-    """Fit a smooth spline to points in space.
-
-    Parameters
-    ----------
-    t : (m,) float64
-        In 0..1.
-    points : (m, 3) float64
-    weights : (m,) float64
-    knots : (n + 4,) float64
-        Each end four times, else evenly spaced.
-    roughness : (n, 4) float64
-        Integrals of the products of the basis functions' second derivatives, by bands.
-    prior : float
-        Weight of the roughness.
-
-    Returns
-    -------
-    (n, 3) float64
-        Control points.
-    """
-    n = len(knots) - ORDER
+@helper
+def _fit_points(points: _Floats, weights: _Floats, knots: _Floats, roughness: _Floats, prior: float) -> _Floats:
+    """Fit a smooth spline to points at even parameters, and return its control points (n, 3)."""
+    n, m = len(knots) - ORDER, len(points)
     band, right, control = np.zeros((3 * n, BAND)), np.zeros(3 * n), np.zeros((n, 3))
     _add_prior(band, right, control, roughness, prior)
-    for i in range(len(t)):
-        span = _span_of(n, t[i])
-        basis, _ = _basis_and_slopes(knots, span, t[i])
+    for i in range(m):
+        at = i / (m - 1)
+        span = _span_of(n, at)
+        basis, _ = _basis_and_slopes(knots, span, at)
         low = span - ORDER + 1
         for r in range(ORDER):
             for d in range(3):
@@ -182,8 +169,80 @@ def fit_points(
 
 
 @kernel(
+    read(float64, 2, "C"), read(float64, 1, "C"), read(float64, 1, "C"), float64, float64, float64,
+    read(float64, 1, "C"), read(float64, 2, "C"), read(float64, 1, "C"), read(float64, 2, "C"),
+)  # fmt: skip
+def start_curve(
+    nodes: _Floats,
+    inverse_depths: _Floats,
+    weights: _Floats,
+    scale: float,
+    bending: float,
+    least_share: float,
+    depth_knots: _Floats,
+    depth_roughness: _Floats,
+    knots: _Floats,
+    roughness: _Floats,
+) -> tuple[_Floats, float]:
+    """Fit a spline in space to points on rays, at depths whose inverses are made smooth first.
+
+    Parameters
+    ----------
+    nodes : (m, 2) float64
+        Rays (x, y, 1), evenly spaced along the curve.
+    inverse_depths, weights : (m,) float64
+        As `triangulate_path` returns them.
+    scale : float
+        Factor of the weights.
+    bending : float
+        Spectral density of the second derivative by arc length, 1 / m.
+    least_share : float
+        Least inverse depth, as a share of the mean.
+    depth_knots, depth_roughness, knots, roughness
+        Knots of the inverse depth and of the spline, each end four times, else evenly spaced, and the integrals of the
+        products of their basis functions' second derivatives, by bands.
+
+    Returns
+    -------
+    control : (n, 3) float64
+    length : float
+        Of the polygon through the points, metres; 0 where they lie behind the camera.
+    """
+    m, n = len(nodes), len(depth_knots) - ORDER
+    total = mean = length = 0.0
+    for i in range(m):
+        total += weights[i]
+        mean += weights[i] * inverse_depths[i]
+        if i > 0:
+            length += math.hypot(nodes[i, 0] - nodes[i - 1, 0], nodes[i, 1] - nodes[i - 1, 1])
+    if not (total > 0.0 and mean > 0.0 and length > 0.0):
+        return np.zeros((len(knots) - ORDER, 3)), 0.0
+    mean /= total
+    columns, scaled = np.zeros((m, 3)), weights * scale
+    columns[:, 0] = inverse_depths
+    # What bends in space bends as much in depth, whose inverse falls with the square; a length has the depth in it.
+    smooth = _fit_points(columns, scaled, depth_knots, depth_roughness, 1.0 / (bending * length**3 * mean))
+    length = 0.0
+    for i in range(m):
+        at = i / (m - 1)
+        span = _span_of(n, at)
+        basis, _ = _basis_and_slopes(depth_knots, span, at)
+        inverse = 0.0
+        for r in range(ORDER):
+            inverse += basis[r] * smooth[span - ORDER + 1 + r, 0]
+        depth = 1.0 / max(inverse, least_share * mean)
+        columns[i, 0], columns[i, 1], columns[i, 2] = nodes[i, 0] * depth, nodes[i, 1] * depth, depth
+        if i > 0:
+            dx, dy, dz = columns[i, 0] - columns[i - 1, 0], columns[i, 1] - columns[i - 1, 1], depth - columns[i - 1, 2]
+            length += math.sqrt(dx * dx + dy * dy + dz * dz)
+    # A rough point is as uncertain as half the distance to the next.
+    scaled[:] = (2.0 * m / length) ** 2
+    return _fit_points(columns, scaled, knots, roughness, 1.0 / (bending * length**3)), length
+
+
+@kernel(
     write(float64, 2, "C"), read(float64, 1, "C"), write(float64, 1, "C"), read(float64, 2, "C"),
-    read(float64, 2, "C"), read(float64, 1, "C"), read(int64, 1, "C"), read(float64, 3, "C"), read(float64, 2, "C"),
+    read(int64, 1, "C"), read(float64, 3, "C"), read(float64, 2, "C"),
     read(float64, 2, "C"), float64, float64, int64,
     write(float64, 1, "C"), write(float64, 1, "C"), write(float64, 2, "C"),
 )  # fmt: skip
@@ -191,9 +250,7 @@ def fit_views(
     control: _Floats,
     knots: _Floats,
     t: _Floats,
-    rays: _Floats,
-    normals: _Floats,
-    weights: _Floats,
+    rows: _Floats,
     views: _Ints,
     rotations: _Floats,
     shifts: _Floats,
@@ -212,22 +269,21 @@ def fit_views(
     control : (n, 3) float64
         Comes with the start and is overwritten, in the frame that the poses are in.
     knots : (n + 4,) float64
-        As for `fit_points`.
+        As for `start_curve`.
     t : (m,) float64
         Place of each observation on the spline; comes with the start and is overwritten.
-    rays : (m, 2) float64
-        The observations (x, y, 1), without the lens.
-    normals : (m, 2) float64
-        Unit normals of the curves there.
-    weights : (m,) float64
-        One over the variance of an observation, of rays.
+    rows : (m, k) float64
+        The observations: ray x and y without the lens, the unit normal of the curve there, and one over the variance
+        across it, of rays.
     views : (m,) int64
         The view of each.
     rotations : (k, 3, 3) float64
     shifts : (k, 3) float64
         To the frames of the views.
-    roughness, prior
-        As for `fit_points`.
+    roughness : (n, 4) float64
+        As for `start_curve`.
+    prior : float
+        Weight of the roughness.
     most : float
         Largest residual that counts in full, of rays; larger ones count as their root (Huber).
     iterations : int
@@ -271,27 +327,33 @@ def fit_views(
             slope_z = turn[2, 0] * tx + turn[2, 1] * ty + turn[2, 2] * tz
             slope_x = (turn[0, 0] * tx + turn[0, 1] * ty + turn[0, 2] * tz - seen_x * slope_z) * inverse
             slope_y = (turn[1, 0] * tx + turn[1, 1] * ty + turn[1, 2] * tz - seen_y * slope_z) * inverse
-            off_x, off_y = seen_x - rays[i, 0], seen_y - rays[i, 1]
-            nx, ny = normals[i, 0], normals[i, 1]
+            off_x, off_y = seen_x - rows[i, 0], seen_y - rows[i, 1]
+            nx, ny = rows[i, 2], rows[i, 3]
             residual = nx * off_x + ny * off_y
             residuals[i] = residual
-            weight = weights[i]
+            weight = rows[i, 4]
             if abs(residual) > most:
                 weight *= most / abs(residual)
             along = nx * seen_x + ny * seen_y
             gx = (nx * turn[0, 0] + ny * turn[1, 0] - along * turn[2, 0]) * inverse
             gy = (nx * turn[0, 1] + ny * turn[1, 1] - along * turn[2, 1]) * inverse
             gz = (nx * turn[0, 2] + ny * turn[1, 2] - along * turn[2, 2]) * inverse
-            _add_square(band, low, basis, gx, gy, gz, weight)
+            speed = tx * tx + ty * ty + tz * tz
+            gauge = _GAUGE * weight * inverse * inverse / speed if speed > 0.0 else 0.0
+            square = (
+                weight * gx * gx + gauge * tx * tx,
+                weight * gx * gy + gauge * tx * ty,
+                weight * gx * gz + gauge * tx * tz,
+                weight * gy * gy + gauge * ty * ty,
+                weight * gy * gz + gauge * ty * tz,
+                weight * gz * gz + gauge * tz * tz,
+            )
+            _add_square(band, low, basis, square)
             for r in range(ORDER):
                 value = weight * residual * basis[r]
                 right[3 * (low + r)] -= value * gx
                 right[3 * (low + r) + 1] -= value * gy
                 right[3 * (low + r) + 2] -= value * gz
-            speed = tx * tx + ty * ty + tz * tz
-            if speed > 0.0:
-                gauge = _GAUGE * weight * inverse * inverse / speed
-                _add_square(band, low, basis, tx, ty, tz, gauge)
             squared = slope_x * slope_x + slope_y * slope_y
             if squared > 0.0:
                 step = -(off_x * slope_x + off_y * slope_y) / squared
@@ -306,17 +368,15 @@ def fit_views(
 
 
 @kernel(
-    read(float64, 2, "C"), read(float64, 1, "C"), read(float64, 1, "C"), read(float64, 2, "C"), read(float64, 2, "C"),
-    read(float64, 1, "C"), read(int64, 1, "C"), read(float64, 3, "C"), read(float64, 2, "C"), read(float64, 2, "C"),
+    read(float64, 2, "C"), read(float64, 1, "C"), read(float64, 1, "C"), read(float64, 2, "C"),
+    read(int64, 1, "C"), read(float64, 3, "C"), read(float64, 2, "C"), read(float64, 1, "C"),
     float64, read(float64, 2, "C"), int64,
 )  # fmt: skip
 def deviations(
     control: _Floats,
     knots: _Floats,
     t: _Floats,
-    rays: _Floats,
-    normals: _Floats,
-    weights: _Floats,
+    rows: _Floats,
     views: _Ints,
     rotations: _Floats,
     shifts: _Floats,
@@ -331,9 +391,9 @@ def deviations(
 
     Parameters
     ----------
-    control, knots, t, rays, normals, weights, views, rotations, shifts
+    control, knots, t, rows, views, rotations, shifts
         As `fit_views` left them.
-    pixel_std : (k, 2) float64
+    pixel_std : (k,) float64
         Standard deviation of each view's principal point, of rays.
     rotation_std : float
         Standard deviation of each view's rotation but the first one's, about each axis, radians.
@@ -359,7 +419,7 @@ def deviations(
     for i in range(m):
         view = views[i]
         turned = view > 0 and rotation_std > 0.0
-        if not (turned or pixel_std[view, 0] > 0.0):
+        if not (turned or pixel_std[view] > 0.0):
             continue
         span = _span_of(n, t[i])
         basis, _ = _basis_and_slopes(knots, span, t[i])
@@ -375,7 +435,7 @@ def deviations(
         inverse_z = 1.0 / (turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z + shift[2])
         seen_x = (turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z + shift[0]) * inverse_z
         seen_y = (turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z + shift[1]) * inverse_z
-        nx, ny = normals[i, 0], normals[i, 1]
+        nx, ny = rows[i, 2], rows[i, 3]
         along = nx * seen_x + ny * seen_y
         gx = (nx * turn[0, 0] + ny * turn[1, 0] - along * turn[2, 0]) * inverse_z
         gy = (nx * turn[0, 1] + ny * turn[1, 1] - along * turn[2, 1]) * inverse_z
@@ -386,21 +446,21 @@ def deviations(
         about_z = -nx * seen_y + ny * seen_x
         turning = rotation_std if turned else 0.0
         sizes = (
-            nx * pixel_std[view, 0],
-            ny * pixel_std[view, 1],
+            nx * pixel_std[view],
+            ny * pixel_std[view],
             turning * about_x,
             turning * about_y,
             turning * about_z,
         )
         for e in range(5):
             for r in range(ORDER):
-                value = weights[i] * sizes[e] * basis[r]
+                value = rows[i, 4] * sizes[e] * basis[r]
                 row = 3 * (low + r)
                 moved[5 * view + e, row] += value * gx
                 moved[5 * view + e, row + 1] += value * gy
                 moved[5 * view + e, row + 2] += value * gz
     for e in range(errors):
-        if pixel_std[e // 5, 0] > 0.0 or rotation_std > 0.0:
+        if pixel_std[e // 5] > 0.0 or rotation_std > 0.0:
             _solve(factor, moved[e])
     found = np.empty(count)
     covariance = np.empty((3, 3))
@@ -444,3 +504,79 @@ def deviations(
             total -= along / speed
         found[k] = math.sqrt(max(total, 0.0))
     return found
+
+
+@kernel(
+    read(float64, 1, "C"), write(float64, 2, "C"), read(float64, 1, "C"), read(int64, 1, "C"),
+    read(float64, 1, "C"), int64, float64, float64, float64, write(boolean, 1, "C"),
+)  # fmt: skip
+def compare_widths(
+    t: _Floats,
+    rows: _Floats,
+    depths: _Floats,
+    views: _Ints,
+    focals_px: _Floats,
+    spans: int,
+    width_std: float,
+    radius_std_px: float,
+    most: float,
+    shown: npt.NDArray[np.bool_],
+) -> tuple[int, float]:
+    """Find where the widths in two views, in metres, contradict each other: one of them shows something else there.
+
+    Parameters
+    ----------
+    t, depths, views
+        As `fit_views` left them.
+    rows : (m, 7) float64
+        Column 5 is half the width, of rays, and 6 whether an observation is clear. What is contradicted is no longer
+        clear then, and may be as far off as the cable is wide.
+    focals_px : (k,) float64
+        Of the views.
+    spans : int
+        Number of equal parts of the curve in which views are compared.
+    width_std : float
+        Standard deviation of the logarithm of a width.
+    radius_std_px : float
+        Standard deviation of half a width, px.
+    most : float
+        Difference that is a contradiction, standard deviations.
+    shown : (spans,) bool
+        Written: whether at least two views have clear observations there.
+
+    Returns
+    -------
+    found : int
+        Number of observations that are contradicted.
+    width_m : float
+        Width of the object, the geometric mean of what is clear; 0 where nothing is.
+    """
+    m, k = len(t), len(focals_px)
+    sums, counts = np.zeros((k, spans)), np.zeros((k, spans))
+    for i in range(m):
+        if rows[i, 6] > 0.0:
+            span = min(int(t[i] * spans), spans - 1)
+            sums[views[i], span] += math.log(rows[i, 5] * depths[i])
+            counts[views[i], span] += 1.0
+    found = 0
+    for i in range(m):
+        if rows[i, 6] == 0.0:
+            continue
+        span, own = min(int(t[i] * spans), spans - 1), math.log(rows[i, 5] * depths[i])
+        std = math.hypot(width_std, radius_std_px / (focals_px[views[i]] * rows[i, 5]))
+        for view in range(k):
+            if view == views[i] or counts[view, span] == 0.0:
+                continue
+            if rows[i, 6] > 0.0 and abs(own - sums[view, span] / counts[view, span]) > most * std:
+                rows[i, 4], rows[i, 6] = 0.25 / (rows[i, 5] * rows[i, 5]), 0.0
+                found += 1
+    counts[:] = 0.0
+    total = number = 0.0
+    for i in range(m):
+        if rows[i, 6] > 0.0:
+            counts[views[i], min(int(t[i] * spans), spans - 1)] = 1.0
+            total += math.log(rows[i, 5] * depths[i])
+            number += 1.0
+    for span in range(spans):
+        shown[span] = counts[:, span].sum() >= 2.0
+    return found, 2.0 * math.exp(total / number) if number > 0.0 else 0.0
