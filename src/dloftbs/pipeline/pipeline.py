@@ -201,9 +201,9 @@ class Pipeline:
         InputError
             As `process`.
         """
-        return self.detect_with_mask(frame)[0]
+        return self._detect_with_mask(frame)[0]
 
-    def detect_with_mask(self, frame: Frame | npt.ArrayLike) -> tuple[FrameResult, AnyArray]:
+    def _detect_with_mask(self, frame: Frame | npt.ArrayLike) -> tuple[FrameResult, AnyArray]:
         """Return what `detect` does, and the mask (H, W), non-zero where there is cable.
 
         Raises

@@ -270,9 +270,9 @@ class CameraRig:
         """
         pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi, mask_is=mask_is)
         geometry = self._for(views, poses)
-        frames = self.frames(views, geometry.cameras, pipeline, mask=mask, depth=depth, depth_unit_m=depth_unit_m)
-        found = [pipeline.detect_with_mask(frame) for frame in frames]
-        return self.combine([result for result, _ in found], [own for _, own in found], frames, geometry)
+        frames = self._frames(views, geometry.cameras, pipeline, mask=mask, depth=depth, depth_unit_m=depth_unit_m)
+        found = [pipeline._detect_with_mask(frame) for frame in frames]
+        return self._combine([result for result, _ in found], [own for _, own in found], frames, geometry)
 
     def _for(self, views: Sequence[View], poses: Sequence[npt.ArrayLike] | None = None) -> RigGeometry:
         """Return the geometry of views, of which there must be as many as cameras or poses."""
@@ -291,7 +291,7 @@ class CameraRig:
         cameras = self.cameras if len(self.cameras) == count else self.cameras * count
         return self._geometry_of(cameras, _checked_poses(poses, count))
 
-    def frames(
+    def _frames(
         self,
         views: Sequence[View],
         cameras: Sequence[PinholeCamera],
@@ -339,7 +339,7 @@ class CameraRig:
             )
         return frames
 
-    def combine(
+    def _combine(
         self,
         results: Sequence[FrameResult],
         masks: Sequence[AnyArray],

@@ -119,7 +119,7 @@ class StereoPipeline:
             As `CameraRig.detect`.
         """
         geometry = self._rig._for(views)
-        frames = self._rig.frames(views, geometry.cameras, self._pipelines[0], mask=mask, index=self._next_index)
+        frames = self._rig._frames(views, geometry.cameras, self._pipelines[0], mask=mask, index=self._next_index)
         results, masks = [], []
         for pipeline, frame in zip(self._pipelines, frames, strict=True):
             results.append(pipeline.process(frame))
@@ -128,7 +128,7 @@ class StereoPipeline:
             masks.append(own)
         self._next_index = frames[0].index + 1
         tracks = [_tracks_of(result) for result in results]
-        combined = self._rig.combine(results, masks, frames, geometry, self._carried(tracks))
+        combined = self._rig._combine(results, masks, frames, geometry, self._carried(tracks))
         self._remember(combined, tracks)
         return self._tracker.update(combined, [_members(one.members, tracks) for one in combined.objects], results)
 
