@@ -38,7 +38,7 @@ from dloftbs.support.values import check_number, check_path, list_of, shown
 _log = logging.getLogger("dloftbs.stereo")
 
 ROTATION_TOLERANCE = 1e-3
-"""Tolerance for the rotation of a pose that was written with few digits.
+"""Largest entry of R R^T - 1 of a pose that was written with few digits, a share of 1.
 
 Source: by hand; four digits.
 """
@@ -50,6 +50,10 @@ Source: by hand; a baseline of 10 mm in the wrong unit is 10 m.
 """
 
 _MOST_ROTATION_DEG, _MOST_PIXELS = 45.0, 1000.0
+"""Largest standard deviations that are taken, degrees and px.
+
+Source: by hand; what is larger is a wrong unit.
+"""
 
 View = Frame | npt.ArrayLike | str | os.PathLike[str]
 """An image or a mask of one view, its file, or a whole frame."""

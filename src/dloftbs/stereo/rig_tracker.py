@@ -30,7 +30,7 @@ Source: by definition; the unit of the others.
 """
 
 _SAME_PLACE = 0.9
-"""Gain of a curve in space at the place where it was, at the most.
+"""Gain of a curve in space at the place where it was, at the most; a multiple of that of a view's track.
 
 Source: by hand; less than a view's track, so that one view's error is overruled by the other view and the place.
 """

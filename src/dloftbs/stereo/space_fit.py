@@ -66,6 +66,10 @@ Source: by hand; a hundredth of the length.
 """
 
 _LEAST_CONTROL, _MOST_CONTROL = 8, 80
+"""Least and largest number of control points of a curve in space.
+
+Source: by hand; two for each bend of an S, and as many as bound the time.
+"""
 
 _Ints = npt.NDArray[np.int64]
 

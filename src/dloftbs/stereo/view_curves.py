@@ -39,7 +39,7 @@ Source: by hand; its ends, and a bend between them.
 """
 
 WEIGHT, RADIUS, CLEAR = 4, 5, 6
-"""Columns of `ViewCurve.rows` behind the ray and the normal.
+"""Index of each column of `ViewCurve.rows` behind the ray and the normal.
 
 Source: by definition.
 """

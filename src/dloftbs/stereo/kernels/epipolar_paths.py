@@ -39,6 +39,10 @@ Source: by hand; masks of real cables are so uneven.
 """
 
 _DIAGONAL, _ALONG_A, _ALONG_B, _START = 0, 1, 2, 3
+"""Codes of the last step of a path.
+
+Source: by definition.
+"""
 
 _Floats = npt.NDArray[np.float64]
 _Three = tuple[float, float, float]

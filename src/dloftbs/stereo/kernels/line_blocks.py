@@ -169,3 +169,18 @@ def block_noise(blocks: _Floats, starts: _Ints, mask: npt.NDArray[np.uint8], noi
                     continue
                 if j >= starts[line + 1] or along[j] - along[i] > _APART * reach:
                     noise[i] = noise[j] = -1.0
+    # Beside such places the middle of a mask leaves the axis already.
+    merged = noise < 0.0
+    for line in range(len(starts) - 1):
+        first, end = starts[line], starts[line + 1]
+        for i in range(first, end):
+            if not merged[i]:
+                continue
+            k = i - 1
+            while k >= first and along[i] - along[k] < 2.0 * blocks[i, 6]:
+                noise[k] = -1.0
+                k -= 1
+            k = i + 1
+            while k < end and along[k] - along[i] < 2.0 * blocks[i, 6]:
+                noise[k] = -1.0
+                k += 1
