@@ -79,6 +79,28 @@ def test_what_one_view_shows_alone_says_so():
         alone.curve_3d_std(0.5)
 
 
+def test_a_loop_says_that_it_is_one():
+    angle = np.linspace(0.0, 2.0 * np.pi, 800)
+    ring = np.stack((0.08 * np.cos(angle), 0.08 * np.sin(angle), np.full(800, 0.6)), axis=1)
+    r = rig()
+    assert all("closed loop" in one.no_3d_reason for one in r.detect(masks(r, ring)))
+
+
+def test_beyond_the_field_of_a_lens_nothing_is_put_together():
+    strong = replace(CAMERA, distortion=(-1.5, 0.0, 0.0, 0.0))
+    r = CameraRig([strong, strong], [np.eye(4), beside(0.1)])
+    corner = np.zeros((240, 320), bool)
+    corner[4:10, 4:100] = True
+    assert "field of the lens" in r.detect([corner, corner])[0].no_3d_reason
+
+
+def test_masks_of_any_integers():
+    r = rig()
+    views = masks(r, BENT)
+    a, b = r.detect(views)[0], r.detect([view.astype(np.int32) * 7 for view in views])[0]
+    assert np.array_equal(a.curve_3d.control_points, b.curve_3d.control_points)
+
+
 def test_a_part_hidden_in_one_view_is_bridged_and_said():
     r = rig()
     left, right = masks(r, BENT)

@@ -80,7 +80,7 @@ def match_views(
     costs = np.full((len(first), len(second), 2), math.inf)
     for i, a in enumerate(first):
         for j, b in enumerate(second):
-            if a.is_whole and b.is_whole:
+            if a.problem is None and b.problem is None:
                 costs[i, j] = path_costs(a.nodes, b.nodes, a.widths, b.widths, pose.rotation, pose.shift, std**2)
     best = costs.min(axis=2)
     if extra is not None:

@@ -97,7 +97,9 @@ def associate(
     alone: list[tuple[RigObject, dict[int, Match]]] = []
     for members in groups:
         if len(members) < 2:
-            one = RigObject(_row(members, len(results)), None, _NO_PARTNER)
+            ((view, match),) = members.items()
+            reason = curves[view][match.second].problem or _NO_PARTNER
+            one = RigObject(_row(members, len(results)), None, reason)
             alone.append((one, members))
             continue
         curve = _in_space(members, results, curves, geometry)

@@ -42,6 +42,13 @@ Source: by hand; a fast cable moves as far between two frames.
 """
 
 
+_REMEMBERED = 64
+"""Number of objects that are out of sight and can be found again under their ids.
+
+Source: by hand; it bounds time and memory of long streams.
+"""
+
+
 @dataclass
 class _Known:
     """What is known of an object from earlier moments."""
@@ -104,6 +111,8 @@ class RigTracker:
             state = _state(ids, views)
             tracks.append(RigTrack(known.id, state, number, ids, known.curve, known.hits, 0))
         tracks += self._hidden(seen, views)
+        if len(self._known) > len(seen) + _REMEMBERED:
+            self._known = sorted(self._known, key=lambda known: (known.misses, known.id))[: len(seen) + _REMEMBERED]
         tracked = copy.copy(found)
         object.__setattr__(tracked, "objects", tuple(objects))
         object.__setattr__(tracked, "tracks", tuple(sorted(tracks, key=lambda track: track.id)))

@@ -45,6 +45,10 @@ Source: by definition.
 """
 
 
+_CLOSED = "it is a closed loop, for which two views are not put together"
+_BEYOND = "parts of it lie beyond the field of the lens model"
+
+
 class ViewCurve(NamedTuple):
     """A detection in one view, without its lens.
 
@@ -60,15 +64,15 @@ class ViewCurve(NamedTuple):
         For each observation the ray x and y, the unit normal of the curve there, one over the variance across it, half
         the width of the mask, all of rays, and 1. The last one is 0 where the mask merges with that of another pass: an
         observation may be as far off as the cable is wide there.
-    is_whole : bool
-        False if some nodes lie beyond the field of the lens model.
+    problem : str, optional
+        Reason why it cannot be matched.
     """
 
     nodes: FloatArray
     widths: FloatArray
     places: FloatArray
     rows: FloatArray
-    is_whole: bool
+    problem: str | None
 
 
 def view_curves(
@@ -106,16 +110,16 @@ def view_curves(
         own = rays[first : first + len(own_nodes)]
         first += len(own_nodes)
         places, own_rows = line_blocks[:, 2].copy(), rows[starts[number] : starts[number + 1]]
-        is_whole = True
+        problem = _CLOSED if detections[number].curve.closed else None
         if camera.distortion:
             known = np.isfinite(own_rows[:, :4]).all(axis=1)
             places, own_rows = places[known], own_rows[known]
-            is_whole = bool(np.isfinite(own).all())
+            problem = problem if np.isfinite(own).all() else _BEYOND
         if len(places):
             widths = np.interp(np.arange(len(own)) / (len(own) - 1), places, own_rows[:, RADIUS])
         else:
             widths = np.full(len(own), 0.5 * detections[number].width_px / math.sqrt(camera.fx * camera.fy))
-        curves.append(ViewCurve(own, widths, places, own_rows, is_whole))
+        curves.append(ViewCurve(own, widths, places, own_rows, problem))
     return curves
 
 
