@@ -46,6 +46,7 @@ MAY_IMPORT = {
     "evidence": GROUND | TYPES,
     **dict.fromkeys(ROOMS, GROUND | TYPES),
     "pipeline": GROUND | TYPES | ROOMS,
+    "stereo": GROUND | TYPES | {"pipeline", "segmentation", "sources"},
     "api": OUTSIDE | {"pipeline", "segmentation"} | {"sources"},
     "sources": OUTSIDE | {"ros"},
     "robot": OUTSIDE | {"sources"},
@@ -54,7 +55,7 @@ MAY_IMPORT = {
     "topology": OUTSIDE,
     "viz": OUTSIDE,
     "ui": OUTSIDE | {"pipeline", "segmentation", "sinks", "sources", "viz"},
-    "cli": OUTSIDE | {"api", "pipeline", "segmentation", "sources", "sinks", "viz", "ros", "ui", "robot", ""},
+    "cli": OUTSIDE | {"api", "pipeline", "segmentation", "sources", "sinks", "stereo", "viz", "ros", "ui", "robot", ""},
     "__main__": {"cli"},
     "lab.truth": OUTSIDE,
     "lab.known_sequence": OUTSIDE | {"sources", "lab.truth"},
@@ -66,7 +67,7 @@ MAY_IMPORT = {
 }
 """From a room to those that it may import, itself aside; the package is "", rooms of the laboratory are "lab.X"."""
 
-BEHIND_DOORS = ROOMS | {"camera", "config", "evidence"}
+BEHIND_DOORS = ROOMS | {"camera", "config", "evidence", "stereo"}
 KNOWN_TO_KERNELS = ("kernels.compiler", "kernels.shared")
 SAME_NAME_ON_PURPOSE = {"__init__", "config", "demo", "view"}  # the commands are named as they are typed
 ENDS_KNOWN_TO = {"data", "skeleton", "linking", "evidence", "tracking"}

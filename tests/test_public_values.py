@@ -25,8 +25,17 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.pipeline import Pipeline
+from dloftbs.stereo import CameraRig, RigObject, RigResult, RigTrack
 from dloftbs.support.json_text import encode, encode_line
 from dloftbs_lab.truth import Truth
+
+
+def moved_by(apart_m: float) -> np.ndarray:
+    """Return a pose beside the origin."""
+    pose = np.eye(4)
+    pose[0, 3] = apart_m
+    return pose
+
 
 FLOATS = (float, np.float64, np.float32, np.float16, np.longdouble)
 INTEGERS = (int, np.int64, np.uint8, np.int16)
@@ -123,10 +132,47 @@ TRUTHS = st.builds(
     st.lists(CURVES, min_size=3, max_size=3),
     st.lists(COUNTS, max_size=3, unique=True),
 )
+RIGS = st.builds(
+    lambda camera, apart, std: CameraRig([camera, camera], [np.eye(4), moved_by(apart)], pixel_std=std),
+    CAMERAS,
+    st.floats(0.01, 1.0),
+    SMALL,
+)
+RIG_OBJECTS = st.builds(
+    lambda members, curve, reason, spans, width, share: RigObject(
+        members, curve, reason, spans, width, share, None if curve is None else np.float32([0.25, 0.5])
+    ),
+    st.tuples(st.none() | COUNTS, COUNTS),
+    CURVES_3D,
+    st.none() | TEXT,
+    SPAN_LISTS,
+    st.none() | SMALL,
+    SHARES,
+)
+RIG_TRACKS = st.builds(
+    RigTrack,
+    COUNTS,
+    st.sampled_from(TrackState),
+    st.none() | COUNTS,
+    st.tuples(st.none() | COUNTS, COUNTS),
+    CURVES_3D,
+    COUNTS,
+    COUNTS,
+)
+RIG_RESULTS = st.builds(
+    RigResult,
+    st.lists(RESULTS, max_size=2).map(tuple),
+    st.lists(RIG_OBJECTS, max_size=2).map(tuple),
+    st.lists(RIG_TRACKS, max_size=1).map(tuple),
+    st.dictionaries(TEXT, SHARES, max_size=2),
+    COUNTS,
+    STAMPS,
+)
 EVERY_CURVE = CURVES.map(lambda curve: BSplineCurve(curve.knots.astype(np.longdouble), curve.control_points))
 
 MADE = {
     BSplineCurve: EVERY_CURVE,
+    CameraRig: RIGS,
     Config: CONFIGS,
     Crossing: CROSSINGS,
     Detection: DETECTIONS,
@@ -135,6 +181,7 @@ MADE = {
     Joint: JOINTS,
     NearJoint: NEAR_JOINTS,
     PinholeCamera: CAMERAS,
+    RigResult: RIG_RESULTS,
     Track: TRACKS,
     Truth: TRUTHS,
 }

@@ -50,6 +50,10 @@ FRAME = dloftbs.Frame(mask=MASK, camera=CAMERA)
 RESULT = dloftbs.Pipeline().process(FRAME)
 TRACE = dloftbs.Pipeline().trace(FRAME)
 FOUND = dloftbs.Detection(RESULT[0].centerline, RESULT[0].curve, SPACE, camera=CAMERA)
+BESIDE = np.eye(4)
+BESIDE[0, 3] = 0.1
+RIG = dloftbs.CameraRig([CAMERA, CAMERA], [np.eye(4), BESIDE])
+RIG_RESULT = RIG.detect([MASK, MASK])
 EVIDENCE = OcclusionEvidence(occluders=MASK)
 STROKE = dloftbs.Stroke(points=[(9, 22), (50, 22)])
 COLOUR = dloftbs.ColourModel.fit(np.repeat(MASK[..., None], 3, axis=2).astype(np.uint8) * 200, [STROKE]).to_config()
@@ -84,6 +88,9 @@ def calls(folder: Path) -> dict[str, Call]:
     track, scores = RESULT.tracks[0], dloftbs_lab.evaluation.TrackingScorer()
     instances = {
         "BSplineCurve": CURVES[0],
+        "CameraRig": RIG,
+        "RigResult": RIG_RESULT,
+        "StereoPipeline": dloftbs.StereoPipeline(RIG),
         "Config": dloftbs.Config(),
         "BackgroundSegmenter": dloftbs.BackgroundSegmenter(image()),
         "ColourModel": dloftbs.ColourModel(COLOUR),
@@ -137,6 +144,15 @@ def calls(folder: Path) -> dict[str, Call]:
         "Joint.from_dict": {"data": dloftbs.Joint(dloftbs.JointKind.GAP, (0.1, 0.2), 1.0, 2.0).to_dict()},
         "NearJoint.from_dict": {"data": dloftbs.NearJoint(1.0, (3.0, 4.0), 0.4).to_dict()},
         "Track.from_dict": {"data": track.to_dict(), "detection": FOUND},
+        "CameraRig": {"cameras": [CAMERA, CAMERA], "poses": [np.eye(4), BESIDE]},
+        "CameraRig.detect": {"views": [MASK, MASK], "mask": None, "objects": 1, "poses": None},
+        "CameraRig.from_dict": {"data": RIG.to_dict()},
+        "CameraRig.from_file": {"path": folder / "rig.json", "pixel_std": 0.5},
+        "CameraRig.project": {"points_m": np.ones((3, 3))},
+        "RigResult": {"views": RIG_RESULT.views, "objects": (), "tracks": (), "index": 1, "stamp": 1.0},
+        "RigResult.from_dict": {"data": RIG_RESULT.to_dict()},
+        "StereoPipeline": {"rig": RIG, "hsv": "1:2", "objects": 1},
+        "StereoPipeline.process": {"views": [MASK, MASK], "mask": None},
         "Centerline": {
             "segments": TRACE.segments,
             "joints": (),

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from dloftbs.evidence import OcclusionEvidence
     from dloftbs.pipeline import Pipeline
     from dloftbs.segmentation import BackgroundSegmenter, ColourModel, Segmenter, median_background
+    from dloftbs.stereo import CameraRig, RigResult, StereoPipeline
     from dloftbs.tracking import Tracker
 
 _HOME = {
@@ -64,6 +65,7 @@ _HOME = {
     "Prompt": "data.prompt",
     **dict.fromkeys(("BackgroundSegmenter", "ColourModel", "Segmenter", "median_background"), "segmentation"),
     "StageTrace": "data.stage_trace",
+    **dict.fromkeys(("CameraRig", "RigResult", "StereoPipeline"), "stereo"),
     "DepthRegistration": "camera",
     "Tracker": "tracking",
 }
@@ -72,6 +74,7 @@ _SUBMODULES = ("config", "ros", "sinks", "sources", "topology", "viz")
 __all__ = [
     "BSplineCurve",
     "BackgroundSegmenter",
+    "CameraRig",
     "Centerline",
     "ColourModel",
     "Config",
@@ -95,11 +98,13 @@ __all__ = [
     "Pipeline",
     "Prediction",
     "Prompt",
+    "RigResult",
     "Segment",
     "Segmenter",
     "SinkError",
     "SourceError",
     "StageTrace",
+    "StereoPipeline",
     "Stroke",
     "Track",
     "TrackState",

@@ -6,6 +6,7 @@ from dloftbs.camera.lens_models import LensModel
 from dloftbs.camera.pinhole import CameraLike, PinholeCamera, as_camera
 from dloftbs.camera.poses import as_pose, read_pose, rotation_about
 from dloftbs.camera.registration import DepthRegistration
+from dloftbs.camera.rig_files import inverse_of, read_rig
 
 __all__ = [
     "CameraLike",
@@ -14,6 +15,8 @@ __all__ = [
     "PinholeCamera",
     "as_camera",
     "as_pose",
+    "inverse_of",
     "read_pose",
+    "read_rig",
     "rotation_about",
 ]

@@ -59,7 +59,7 @@ def camera_values(keys: Mapping[str, Any]) -> Values:
     InputError
         If they are of no form that is known, or describe a camera that is not supported.
     """
-    return _camera(_normal(keys))
+    return _camera(normal_keys(keys))
 
 
 def read_registration(
@@ -82,13 +82,13 @@ def read_registration(
 
 def _read(path: Path, make: Callable[[Keys], T]) -> T:
     try:
-        return make(_normal(_content(path)))
+        return make(normal_keys(content_of(path)))
     except InputError as error:
         said = str(error)
         raise SourceError(f"{path}: {said[:_LONGEST]}{' ...' if len(said) > _LONGEST else ''}") from error
 
 
-def _content(path: Path) -> Any:
+def content_of(path: Path) -> Any:
     """Return what a YAML, JSON or XML file holds."""
     text = read_text(path)
     if text.lstrip().startswith("<"):
@@ -104,10 +104,10 @@ def _content(path: Path) -> Any:
     return documents[0]
 
 
-def _normal(value: Any) -> Any:
-    """Return the same with keys without case and underscores."""
+def normal_keys(value: Any) -> Any:
+    """Return what a file holds with keys without case and underscores."""
     if isinstance(value, Mapping):
-        return {_plain(str(key)): _normal(item) for key, item in value.items()}
+        return {_plain(str(key)): normal_keys(item) for key, item in value.items()}
     return value
 
 
@@ -144,9 +144,9 @@ def _from_matrix(keys: Keys) -> Values | None:
     model = keys.get("distortionmodel")
     if keys.get("fisheyemodel"):
         model = "fisheye"
-    coefficients = _numbers("distortion", _first(keys, "distortioncoefficients", "distcoeffs", "distcoeff", "d"))
+    coefficients = numbers_of("distortion", _first(keys, "distortioncoefficients", "distcoeffs", "distcoeff", "d"))
     size = _size(_first(keys, "imagewidth", "width"), _first(keys, "imageheight", "height"))
-    return _build(_matrix(matrix), coefficients, model, size)
+    return _build(matrix_of(matrix), coefficients, model, size)
 
 
 def _from_kalibr(keys: Keys) -> Values | None:
@@ -155,16 +155,16 @@ def _from_kalibr(keys: Keys) -> Values | None:
     kind = keys.get("cameramodel", "pinhole")
     if kind != "pinhole":
         raise InputError(f"camera_model must be pinhole, got {kind!r}")
-    fx, fy, cx, cy = _numbers("intrinsics", keys["intrinsics"], 4)
-    width, height = _numbers("resolution", keys.get("resolution") or (0, 0), 2)
-    coefficients = _numbers("distortion_coeffs", keys.get("distortioncoeffs"))
+    fx, fy, cx, cy = numbers_of("intrinsics", keys["intrinsics"], 4)
+    width, height = numbers_of("resolution", keys.get("resolution") or (0, 0), 2)
+    coefficients = numbers_of("distortion_coeffs", keys.get("distortioncoeffs"))
     return _build(_k(fx, fy, cx, cy), coefficients, keys.get("distortionmodel"), _size(width, height))
 
 
 def _from_open3d(keys: Keys) -> Values | None:
     if "intrinsicmatrix" not in keys:
         return None
-    matrix = _matrix(keys["intrinsicmatrix"])
+    matrix = matrix_of(keys["intrinsicmatrix"])
     # Nine numbers in a row are column after column; nested, they are rows.
     columns_first = isinstance(keys["intrinsicmatrix"], list) and len(keys["intrinsicmatrix"]) == 9
     return _build(matrix.T if columns_first else matrix, (), None, _size(keys.get("width"), keys.get("height")))
@@ -175,7 +175,7 @@ def _from_realsense(keys: Keys) -> Values | None:
         return None
     fx, fy, cx, cy = (_number(key, keys[key]) for key in ("fx", "fy", "ppx", "ppy"))
     model = re.sub("^(rs2)?distortion", "", _plain(str(keys.get("model") or "")))
-    coefficients = _numbers("coeffs", keys.get("coeffs"))
+    coefficients = numbers_of("coeffs", keys.get("coeffs"))
     if model in _MODELS and _MODELS[model] == "fisheye" and len(coefficients) == 5 and coefficients[4] == 0.0:
         coefficients = coefficients[:4]
     return _build(_k(fx, fy, cx, cy), coefficients, model, _size(keys.get("width"), keys.get("height")))
@@ -191,7 +191,7 @@ def _from_plain(keys: Keys) -> Values | None:
     for key in {"fx", "fy", "cx", "cy"} & plain.keys():
         plain[key] = _number(key, plain[key])
     if "distortion" in plain:
-        plain["distortion"] = _numbers("distortion", plain["distortion"])
+        plain["distortion"] = numbers_of("distortion", plain["distortion"])
     if "model" in plain:
         plain["model"] = _model(plain["model"])
     return plain
@@ -239,8 +239,8 @@ def _registration(keys: Keys, make: Callable[[Values], Camera]) -> tuple[tuple[C
             cameras[name] = make(_camera(value))
         except InputError as error:
             raise InputError(f"{name}: {error}") from error
-    rotation = _matrix(_required(keys, "rotation"), "rotation")
-    translation_m = np.array(_numbers("translation_m", _required(keys, "translation_m"), 3))
+    rotation = matrix_of(_required(keys, "rotation"), "rotation")
+    translation_m = np.array(numbers_of("translation_m", _required(keys, "translation_m"), 3))
     return (cameras["depth_camera"], cameras["colour_camera"]), rotation, translation_m
 
 
@@ -249,7 +249,7 @@ def _from_kalibr_chain(
 ) -> tuple[tuple[Camera, Camera], FloatArray, FloatArray]:
     if len(_chain(keys)) != 2:
         raise InputError(f"a registration has two cameras, cam0 for depth and cam1 for colour; found {', '.join(keys)}")
-    pose = np.array(_numbers("T_cn_cnm1", _required(keys["cam1"], "T_cn_cnm1"), 16)).reshape(4, 4)
+    pose = np.array(numbers_of("T_cn_cnm1", _required(keys["cam1"], "T_cn_cnm1"), 16)).reshape(4, 4)
     return (make(_camera(keys["cam0"])), make(_camera(keys["cam1"]))), pose[:3, :3], pose[:3, 3]
 
 
@@ -267,15 +267,16 @@ def _k(fx: float, fy: float, cx: float, cy: float) -> FloatArray:
     return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
-def _matrix(value: Any, name: str = "the camera matrix") -> FloatArray:
-    return np.array(_numbers(name, value, 9)).reshape(3, 3)
+def matrix_of(value: Any, name: str = "the camera matrix") -> FloatArray:
+    """Return nine numbers as a matrix (3, 3)."""
+    return np.array(numbers_of(name, value, 9)).reshape(3, 3)
 
 
 def _number(name: str, value: Any) -> float:
-    return _numbers(name, [value], 1)[0]
+    return numbers_of(name, [value], 1)[0]
 
 
-def _numbers(name: str, value: Any, count: int | None = None) -> tuple[float, ...]:
+def numbers_of(name: str, value: Any, count: int | None = None) -> tuple[float, ...]:
     """Return the numbers of a list, of nested lists, or of a mapping with `data`; none for None."""
     shape: tuple[Any, Any] | None = None
     if isinstance(value, dict):

@@ -21,6 +21,7 @@ from dloftbs.cli.commands.colour import colour
 from dloftbs.cli.commands.config import config
 from dloftbs.cli.commands.detect import detect
 from dloftbs.cli.commands.diagnose import diagnose
+from dloftbs.cli.commands.stereo import stereo
 from dloftbs.cli.commands.track import track
 from dloftbs.cli.commands.tune import tune
 from dloftbs.cli.commands.view import view
@@ -42,7 +43,7 @@ def main(context: click.Context) -> None:
     context.with_resource(messages_to_stderr())
 
 
-for command in (detect, track, batch, tune, view, diagnose, colour, background, config, warmup):
+for command in (detect, track, stereo, batch, tune, view, diagnose, colour, background, config, warmup):
     main.add_command(command)
 for point in entry_points(group=COMMANDS):
     main.add_command(point.load())

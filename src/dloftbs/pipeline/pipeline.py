@@ -203,12 +203,24 @@ class Pipeline:
         InputError
             As `process`.
         """
+        return self._detect_with_mask(frame)[0]
+
+    def _detect_with_mask(self, frame: Frame | npt.ArrayLike) -> tuple[FrameResult, AnyArray]:
+        """Return what `detect` does, and the mask (H, W), non-zero where there is cable.
+
+        Raises
+        ------
+        InputError
+            As `process`.
+        """
         whole = as_frame(frame, grey_as_image=self._segments_images)
         frame, region, run = self._run_alone(whole)
         _warned(run, frame)
         _checked_unit(run, frame)
         result = _result(frame, run, (), kept=frame)
-        return result if region is None else WholeImage(region, whole).result(result)
+        if region is None:
+            return result, run.mask
+        return WholeImage(region, whole).result(result), region.paste(run.mask)
 
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""

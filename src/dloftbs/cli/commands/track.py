@@ -115,11 +115,11 @@ def track(
     try:
         with ExitStack() as stack:
             stack.enter_context(run)
-            sink = stack.enter_context(_open_sink(outputs, run.fps, config, with_input, inputs))
+            sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs))
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
-            show = _open_page(stack, run.source, config, page, stop) if view else None
+            show = open_page(stack, run.source, config, page, stop) if view else None
 
             def write(frame: Frame, result: FrameResult) -> None:
                 sink.write(frame, result)
@@ -135,7 +135,7 @@ def track(
         context.exit(BAD_INPUT)
 
 
-def _open_page(
+def open_page(
     stack: ExitStack, source: Source, config: Config, page: PageOptions, stop: Callable[[], bool]
 ) -> Callable[[Frame, FrameResult], None]:
     """Serve a page until the stack is closed; of a recording nothing is tracked before somebody looks."""
@@ -151,7 +151,8 @@ def _open_page(
     return feed.publish
 
 
-def _open_sink(outputs: Outputs, fps: float | None, config: Config, with_input: bool, inputs: InputOptions) -> Sink:
+def open_sink(outputs: Outputs, fps: float | None, config: Config, with_input: bool, inputs: InputOptions) -> Sink:
+    """Open all outputs as one sink."""
     from dloftbs.cli.outputs import open_all_pictures, open_outputs
     from dloftbs.pipeline import Pipeline
 

@@ -1,0 +1,198 @@
+"""Rigs of cameras from files, as calibrators write them: our own, Kalibr's, OpenCV's and ROS's.
+
+Each is turned into the keys of `PinholeCamera`'s files and a pose from the camera to the rig. The rig's frame is that
+of the first camera, unless the file says otherwise.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dloftbs.camera.calibration_files import content_of, matrix_of, normal_keys, numbers_of
+from dloftbs.camera.pinhole import PinholeCamera
+from dloftbs.errors import InputError, SourceError
+from dloftbs.support.arrays import FloatArray
+
+Keys = dict[str, Any]
+CamerasAndPoses = tuple[list[PinholeCamera], list[FloatArray]]
+
+_FORMS = (
+    "our own (cameras, each with fx, fy, cx, cy and pose), Kalibr's camchain (cam0, cam1 with T_cn_cnm1), OpenCV's "
+    "stereoCalibrate (M1, D1, M2, D2, R, T, in one file or two), or two of ROS's camera_info, left and right"
+)
+
+
+def read_rig(paths: Sequence[Path], *, rectified: bool) -> tuple[CamerasAndPoses, Keys]:
+    """Return the cameras and poses that files describe together, and the other keys of a file of our own.
+
+    Raises
+    ------
+    SourceError
+        If a file cannot be read, or they are no rig.
+    """
+    named = " and ".join(str(path) for path in paths)
+    try:
+        contents = [normal_keys(content_of(path)) for path in paths]
+        return rig_of(contents, rectified=rectified)
+    except InputError as error:
+        raise SourceError(f"{named}: {error}") from error
+
+
+def rig_of(contents: Sequence[Keys], *, rectified: bool = False) -> tuple[CamerasAndPoses, Keys]:
+    """Return what `read_rig` does, from what the files hold.
+
+    Raises
+    ------
+    InputError
+        If they are of no form that is known, or describe cameras that are not supported.
+    """
+    if len(contents) == 2 and all("projectionmatrix" in keys or "p" in keys for keys in contents):
+        return _from_camera_infos(contents[0], contents[1], rectified), {}
+    keys: Keys = {key: value for content in contents for key, value in content.items()}
+    if isinstance(keys.get("cameras"), list):
+        own = _from_own(keys["cameras"])
+        return own, {key: value for key, value in keys.items() if key != "cameras"}
+    if {"cam0", "cam1"} <= keys.keys():
+        return _from_kalibr(keys), {}
+    stereo = _from_opencv(keys)
+    if stereo is None:
+        raise InputError(f"is no rig: expected {_FORMS}; found {', '.join(keys) or 'nothing'}")
+    return stereo, {}
+
+
+def pose_of(rotation: FloatArray, translation_m: Sequence[float] | FloatArray) -> FloatArray:
+    """Return a pose (4, 4) of its rotation (3, 3) and its translation (3,)."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation, translation_m
+    return pose
+
+
+def inverse_of(pose: FloatArray) -> FloatArray:
+    """Return the inverse of a pose (4, 4)."""
+    rotation = pose[:3, :3].T
+    return pose_of(rotation, -rotation @ pose[:3, 3])
+
+
+def _from_own(cameras: list[Any]) -> CamerasAndPoses:
+    made, poses = [], []
+    for number, keys in enumerate(cameras):
+        if not isinstance(keys, Mapping):
+            raise InputError(f"camera {number} must be a mapping of keys to values, got {type(keys).__name__}")
+        own = normal_keys(keys)
+        placed = {key: own.pop(key) for key in ("pose", "xyz", "rpy", "quaternion") if key in own}
+        made.append(PinholeCamera.from_calibration(own))
+        poses.append(_placed(number, placed))
+    return made, poses
+
+
+def _placed(number: int, keys: Keys) -> FloatArray:
+    """Return the pose that a camera of our own file has: 4 x 4, or a position with angles or a quaternion."""
+    if not keys and number == 0:
+        return np.eye(4)
+    if keys.keys() == {"pose"}:
+        return np.array(numbers_of("pose", keys["pose"], 16)).reshape(4, 4)
+    if "xyz" not in keys or "pose" in keys or {"rpy", "quaternion"} <= keys.keys():
+        raise InputError(
+            f"camera {number} needs its pose in the rig, metres: pose (4 x 4), or xyz with rpy (radians, as of URDF) "
+            f"or quaternion (x, y, z, w, as of TF); found {', '.join(keys) or 'none'}"
+        )
+    position = numbers_of("xyz", keys["xyz"], 3)
+    if "quaternion" in keys:
+        return pose_of(_of_quaternion(np.array(numbers_of("quaternion", keys["quaternion"], 4))), position)
+    roll, pitch, yaw = numbers_of("rpy", keys.get("rpy", [0.0, 0.0, 0.0]), 3)
+    return pose_of(_about(2, yaw) @ _about(1, pitch) @ _about(0, roll), position)
+
+
+def _of_quaternion(xyzw: FloatArray) -> FloatArray:
+    size = float(np.linalg.norm(xyzw))
+    if not abs(size - 1.0) < 1e-3:
+        raise InputError(f"a quaternion (x, y, z, w) must have length 1, got {xyzw.tolist()}")
+    x, y, z, w = xyzw / size
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + 2.0 * (w * cross + cross @ cross)
+
+
+def _about(axis: int, angle: float) -> FloatArray:
+    turn = np.eye(3)
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    turn[a, a] = turn[b, b] = np.cos(angle)
+    turn[b, a] = np.sin(angle)
+    turn[a, b] = -turn[b, a]
+    return turn
+
+
+def _from_kalibr(keys: Keys) -> CamerasAndPoses:
+    names = sorted((key for key in keys if re.fullmatch("cam[0-9]+", key)), key=lambda key: int(key[3:]))
+    cameras, poses = [], [np.eye(4)]
+    for name in names:
+        if not isinstance(keys[name], dict):
+            raise InputError(f"{name} must be a camera, got {type(keys[name]).__name__}")
+        cameras.append(PinholeCamera.from_calibration(keys[name]))
+    for name in names[1:]:
+        if "tcncnm1" not in keys[name]:
+            raise InputError(f"{name} lacks T_cn_cnm1, which takes points of the camera before to this one")
+        step = np.array(numbers_of("T_cn_cnm1", keys[name]["tcncnm1"], 16)).reshape(4, 4)
+        poses.append(poses[-1] @ inverse_of(step))
+    return cameras, poses
+
+
+def _from_opencv(keys: Keys) -> CamerasAndPoses | None:
+    """Read what stereoCalibrate returns under the names of OpenCV's samples and users; None where there is none."""
+    cameras = []
+    for number in ("1", "2"):
+        matrix = _first(keys, f"m{number}", f"k{number}", f"cameramatrix{number}")
+        if matrix is None:
+            return None
+        own = {
+            "cameramatrix": matrix,
+            "distortioncoefficients": _first(keys, f"d{number}", f"dist{number}", f"distcoeffs{number}"),
+            "distortionmodel": keys.get("distortionmodel"),
+            "fisheyemodel": keys.get("fisheyemodel"),
+        }
+        size = _first(keys, "imagesize", "size")
+        if size is not None:
+            own["imagewidth"], own["imageheight"] = numbers_of("image_size", size, 2)
+        cameras.append(PinholeCamera.from_calibration({key: value for key, value in own.items() if value is not None}))
+    rotation, translation = _first(keys, "r", "rotation"), _first(keys, "t", "translation")
+    if rotation is None or translation is None:
+        raise InputError(
+            "has two cameras, but neither R nor T between them: OpenCV's sample writes them to extrinsics.yml; "
+            "name both files"
+        )
+    step = pose_of(matrix_of(rotation, "R"), numbers_of("T", translation, 3))
+    return cameras, [np.eye(4), inverse_of(step)]
+
+
+def _from_camera_infos(left: Keys, right: Keys, rectified: bool) -> CamerasAndPoses:
+    """Read two of ROS's CameraInfo; P of the second has the baseline, in the frame of the rectified images."""
+    cameras, poses = [], []
+    for name, keys in (("left", left), ("right", right)):
+        p = np.array(numbers_of("P", _first(keys, "projectionmatrix", "p"), 12)).reshape(3, 4)
+        if not (p[0, 0] > 0.0 and p[1, 1] > 0.0):
+            raise InputError(f"P of the {name} camera has no focal length: {p.tolist()}")
+        turn = _first(keys, "rectificationmatrix", "r")
+        # R takes a camera's points to the rectified frame, which both share but for the baseline.
+        rotation = np.eye(3) if rectified or turn is None else matrix_of(turn, "R")
+        # P = K [1 | t], so that a point of the first camera is at X + t in this one's, which stands at -t.
+        place = np.array([-p[0, 3] / p[0, 0], -p[1, 3] / p[1, 1], 0.0])
+        if rectified:
+            size = PinholeCamera.from_calibration(keys).size
+            cameras.append(PinholeCamera.from_matrix(p[:, :3], size=size))
+        else:
+            cameras.append(PinholeCamera.from_calibration(keys))
+        poses.append(pose_of(rotation, place))
+    if not np.any(poses[1][:3, 3] != poses[0][:3, 3]):
+        raise InputError(
+            "P of both cameras has no baseline (P[0, 3] is 0): take camera_info of a stereo calibration, or state the "
+            "poses in a file of our own"
+        )
+    return cameras, poses
+
+
+def _first(keys: Keys, *names: str) -> Any:
+    return next((keys[name] for name in names if keys.get(name) is not None), None)

@@ -1,0 +1,170 @@
+"""``dloftbs stereo``: the streams of two cameras in, curves in metres with identities out."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dloftbs.cli.commands.track import open_page, open_sink
+from dloftbs.cli.limits import FilledPath
+from dloftbs.cli.options import (
+    STANDARD_OUTPUT,
+    InputOptions,
+    check_pictures,
+    config_options,
+    every_option,
+    fps_option,
+    input_options,
+    limit_option,
+    out_option,
+    prints_to_terminal,
+    stages_option,
+    with_input_option,
+)
+from dloftbs.cli.page import PageOptions, page_options, require_page
+from dloftbs.cli.shell import BAD_INPUT, interrupted
+
+if TYPE_CHECKING:
+    from dloftbs.config import Config
+    from dloftbs.data.frame import Frame
+    from dloftbs.data.frame_result import FrameResult
+
+
+@click.command(short_help="Follow the cables through the streams of two cameras, in metres.")
+@click.argument("where", metavar="LEFT [RIGHT]", nargs=-1, required=True, type=FilledPath())
+@click.option(
+    "--rig",
+    "rig_files",
+    multiple=True,
+    required=True,
+    type=FilledPath(),
+    metavar="FILE",
+    help="The cameras and their poses: our own YAML, Kalibr's camchain, OpenCV's stereoCalibrate (give both files), or "
+    "two camera_info of ROS, left and right. Repeatable.",
+)
+@click.option(
+    "--rectified", is_flag=True, help="The images are rectified: of camera_info, P holds for them, and no lens."
+)
+@click.option(
+    "--side-by-side", is_flag=True, help="LEFT alone is given, and its left and right halves are the two views."
+)
+@click.option(
+    "--right-topic", metavar="NAME", help="Topic of the right images, in RIGHT, or in LEFT where that is all."
+)
+@click.option(
+    "--right-masks", type=FilledPath(), metavar="PATH", help="Masks of the right frames, as --masks has them."
+)
+@click.option("--right-mask-topic", metavar="NAME", help="Topic of the right images' masks, as --mask-topic has it.")
+@out_option
+@click.option(
+    "--overlay",
+    type=FilledPath(),
+    metavar="VIDEO|FOLDER|PNG",
+    callback=check_pictures(video=True),
+    help="Draw the curves over the left frames: .mp4, .mov, a folder of pictures, or a picture for a single frame.",
+)
+@stages_option
+@with_input_option
+@limit_option
+@every_option
+@fps_option
+@click.option(
+    "--view", is_flag=True, help="Show the left view's curves live on a page; a recording waits until it is open."
+)
+@input_options
+@config_options
+@page_options
+@click.pass_context
+def stereo(
+    context: click.Context,
+    where: tuple[str, ...],
+    rig_files: tuple[str, ...],
+    rectified: bool,
+    side_by_side: bool,
+    right_topic: str | None,
+    right_masks: str | None,
+    right_mask_topic: str | None,
+    outs: tuple[str, ...],
+    overlay: str | None,
+    stages: str | None,
+    with_input: bool,
+    limit: int | None,
+    every: int,
+    fps: float | None,
+    view: bool,
+    inputs: InputOptions,
+    config: Config,
+    page: PageOptions,
+) -> None:
+    """Follow the cables through the streams of two cameras, in metres.
+
+    LEFT and RIGHT are what `dloftbs track` takes: two videos, two folders, two cameras, or a recording of ROS
+    twice with --topic and --right-topic. With --side-by-side, LEFT alone shows both views beside each other,
+    as stereo cameras give them. Results are those of the left view, in the frame of its camera: curves in
+    pixels, and in metres where both views show a cable. Options for inputs hold for both views; naming
+    rules such as "{stem}_mask.png" do, too. Outputs, progress and exit codes are those of `dloftbs track`.
+
+    \b
+    dloftbs stereo left.mp4 right.mp4 --rig rig.yaml --hsv 170:10,80:255,60:255 --out curves.jsonl
+    dloftbs stereo zed.mp4 --side-by-side --rig camchain.yaml --hsv red --overlay overlay.mp4
+    dloftbs stereo run.mcap --topic /left/image_rect --right-topic /right/image_rect --rig left.yaml
+    --rig right.yaml --rectified --hsv red --out curves.ply
+    """
+    from dloftbs.cli.outputs import is_recording, write_config
+    from dloftbs.cli.places import InputFiles, plan_outputs
+    from dloftbs.cli.progress import open_progress
+    from dloftbs.cli.stereo_run import StereoRun
+    from dloftbs.cli.stream_run import StreamOptions
+    from dloftbs.stereo import CameraRig
+
+    if len(where) != 2 and not (len(where) == 1 and (side_by_side or right_topic is not None)):
+        raise click.UsageError("name LEFT and RIGHT, or LEFT alone with --side-by-side or --right-topic")
+    if side_by_side and len(where) == 2:
+        raise click.UsageError("--side-by-side has both views in one stream: leave out RIGHT")
+    if inputs.camera is not None:
+        raise click.UsageError("--camera is one camera; --rig has both")
+    if view:
+        require_page()
+    if not outs and overlay is None and stages is None and not view:
+        outs = (STANDARD_OUTPUT,)
+    if with_input and not any(is_recording(path) for path in outs):
+        raise click.UsageError("--with-input goes with --out NAME.mcap or --out FOLDER/")
+    rig = CameraRig.from_file(*map(Path, rig_files), rectified=rectified)
+    beside = [path for path in (*rig_files, right_masks) if path is not None]
+    files = InputFiles((*where, *beside), context.params)
+    pictures = {"--overlay": overlay, "--stages": stages}
+    outputs = plan_outputs(outs, pictures, files, config, is_one=limit == 1)
+    options = StreamOptions(inputs, config, fps, every, limit, keep_messages=with_input)
+    right = replace(
+        inputs,
+        topic=right_topic or inputs.topic,
+        masks=right_masks or inputs.masks,
+        mask_topic=right_mask_topic or inputs.mask_topic,
+    )
+    run = StereoRun((where[0], where[-1]), rig, options, right, side_by_side=side_by_side)
+    report = run.report
+    try:
+        with ExitStack() as stack:
+            stack.enter_context(run)
+            sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs))
+            write_config(outputs.config_file, config)
+            progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
+            stop = stack.enter_context(interrupted())
+            show = open_page(stack, run.source, config, page, stop) if view else None
+
+            def write(frame: Frame, result: FrameResult) -> None:
+                sink.write(frame, result)
+                if show is not None:
+                    show(frame, result)
+
+            run.follow(write, shown=progress.tick, stop=stop)
+    finally:
+        if report.frames:
+            click.echo(report.summary(), err=True)
+    run.check_frames()
+    if report.skipped and not run.source.live:
+        context.exit(BAD_INPUT)

@@ -1,0 +1,228 @@
+"""Two streams from their sources to the results of a rig: the input of ``dloftbs stereo``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack
+from dataclasses import replace
+from itertools import islice
+from types import TracebackType
+
+from dloftbs.cli.frames import UsableFrames
+from dloftbs.cli.options import InputOptions
+from dloftbs.cli.stream_report import RunReport
+from dloftbs.cli.stream_run import StreamOptions
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.errors import InputError, SourceError
+from dloftbs.sources import Source
+from dloftbs.stereo import CameraRig, StereoPipeline
+from dloftbs.support.arrays import AnyArray
+from dloftbs.support.overlap import Ahead, Behind, cores
+
+_APART_S = 0.02
+"""Largest difference of the times of two views of one moment where nobody knows the frame rate, seconds.
+
+Source: by hand; less than half of the time between frames at 25 a second.
+"""
+
+Pair = tuple[Frame, Frame]
+
+
+class StereoRun:
+    """Two open streams and the report on them; a context manager that reads in its block, and closes the sources.
+
+    Parameters
+    ----------
+    where : (str, str)
+        Left and right, as `dloftbs.sources.open` takes them.
+    rig : CameraRig
+        Of two cameras.
+    options : StreamOptions
+        Of the left stream, and of the run.
+    right : InputOptions
+        Of the right stream.
+    side_by_side : bool
+        Whether the left stream shows both views beside each other.
+
+    Raises
+    ------
+    InputError, SourceError
+        As `dloftbs.sources.open`, and if the rig has another number of cameras.
+    """
+
+    def __init__(
+        self,
+        where: tuple[str, str],
+        rig: CameraRig,
+        options: StreamOptions,
+        right: InputOptions,
+        *,
+        side_by_side: bool = False,
+    ) -> None:
+        if len(rig.cameras) != 2:
+            raise InputError(f"the rig of two streams must have two cameras, got {len(rig.cameras)}")
+        self._pipeline = StereoPipeline(rig, options.config)
+        self._options = options
+        segmented = options.config.segmentation.needs_image
+        inputs = [options.inputs] if side_by_side else [options.inputs, right]
+        self._sources: list[Source] = []
+        with ExitStack() as stack:
+            for path, own in zip(where, inputs, strict=False):
+                source = own.open(
+                    path,
+                    options.fps,
+                    segmented=segmented,
+                    jobs=max(cores() // len(inputs), 1),
+                    keep_messages=options.keep_messages,
+                )
+                self._sources.append(stack.enter_context(source))
+            stack.pop_all()
+        self._frames = [
+            UsableFrames(source, options.config, own, path, options.every)
+            for source, own, path in zip(self._sources, inputs, where, strict=False)
+        ]
+        lengths = [source.length for source in self._sources if source.length is not None]
+        usable = -(-min(lengths) // options.every) if lengths else None
+        length = min((n for n in (usable, options.limit) if n is not None), default=None)
+        self.report = RunReport(length, objects=options.config.linking.objects)
+        self._read = Ahead(self._wanted(), newest=self.source.live)
+
+    @property
+    def source(self) -> Source:
+        """Source of the left stream."""
+        return self._sources[0]
+
+    @property
+    def fps(self) -> float | None:
+        """Frames per second of those that are used."""
+        return self.source.fps and self.source.fps / self._options.every
+
+    def __enter__(self) -> StereoRun:
+        self._read.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._read.__exit__(kind, error, trace)
+        self.report.skipped, self.report.missed = self._skipped, self._read.missed
+
+    @property
+    def _skipped(self) -> int:
+        return sum(frames.skipped for frames in self._frames)
+
+    def follow(
+        self,
+        write: Callable[[Frame, FrameResult], None],
+        *,
+        shown: Callable[[RunReport], None] = lambda report: None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Track from moment to moment; what is written is the left view's result, with the rig's ids and curves.
+
+        Parameters
+        ----------
+        write, shown, stop
+            As `StreamRun.follow` has them.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If it was stopped; what was read until then is written.
+        DloftbsError, Failure
+            As the sources and `write` do.
+        """
+
+        def add(done: tuple[Frame, FrameResult]) -> None:
+            write(*done)
+            self.report.skipped = self._skipped
+            self.report.add(done[1])
+            shown(self.report)
+
+        with Behind(add) as written:
+            for left, right in islice(self._read, self._options.limit):
+                result = self._pipeline.process([left, right])
+                written.put((replace(left, camera=self._pipeline.rig.cameras[0]), result.as_frame_result()))
+                if stop():
+                    raise KeyboardInterrupt
+
+    def check_frames(self) -> None:
+        """Find out whether there was something to follow.
+
+        Raises
+        ------
+        SourceError
+            If there was no moment that both streams have.
+        """
+        if not self.report.frames:
+            names = " and ".join(source.name for source in self._sources)
+            raise SourceError(f"{names}: no moment of both views could be read")
+
+    def _wanted(self) -> Generator[Pair, None, None]:
+        """Yield the pairs, and close the sources in the thread that reads; of recordings, read none in excess."""
+        with ExitStack() as stack:
+            for source in self._sources:
+                stack.enter_context(source)
+            if len(self._frames) == 1:
+                pairs: Iterator[Pair] = map(halves_of, self._frames[0])
+            else:
+                apart_s = _APART_S if not self.source.fps else 0.5 / self.source.fps
+                pairs = pairs_of(iter(self._frames[0]), iter(self._frames[1]), apart_s)
+            yield from pairs if self.source.live else islice(pairs, self._options.limit)
+
+
+def pairs_of(left: Iterator[Frame], right: Iterator[Frame], apart_s: float) -> Iterator[Pair]:
+    """Yield the frames of two streams that belong together, by their times, or by their numbers where one has none.
+
+    Parameters
+    ----------
+    left, right : iterator of Frame
+    apart_s : float
+        Largest difference of the times of one moment, seconds. What has no partner is left out.
+    """
+    a, b = next(left, None), next(right, None)
+    while a is not None and b is not None:
+        if a.stamp is None or b.stamp is None:
+            late, most = float(a.index - b.index), 0.0
+        else:
+            late, most = a.stamp - b.stamp, apart_s
+        if abs(late) <= most:
+            yield a, b
+            a, b = next(left, None), next(right, None)
+        elif late > 0.0:
+            b = next(right, None)
+        else:
+            a = next(left, None)
+
+
+def halves_of(frame: Frame) -> Pair:
+    """Return the left and the right half of a frame that shows two views beside each other.
+
+    Raises
+    ------
+    InputError
+        If its width is odd.
+    """
+    width = frame.size[1]
+    if width % 2:
+        raise InputError(f"a frame with two views beside each other must have an even width, got {width}")
+    return _cut(frame, slice(None, width // 2)), _cut(frame, slice(width // 2, None))
+
+
+def _cut(frame: Frame, columns: slice) -> Frame:
+    def part(array: AnyArray | None) -> AnyArray | None:
+        return None if array is None else array[:, columns]
+
+    return Frame(
+        image=part(frame.image),
+        mask=part(frame.mask),
+        depth=part(frame.depth),
+        occluders=part(frame.occluders),
+        instances=part(frame.instances),
+        index=frame.index,
+        stamp=frame.stamp,
+        name=frame.name,
+        depth_unit_m=frame.depth_unit_m,
+        mask_is=frame.mask_is,
+    )

@@ -1,0 +1,62 @@
+"""Signs of a wrong rig: views that match far better if it is another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dloftbs.stereo.epipolar_matching import MOST_MEAN_COST, Match, match_views
+from dloftbs.stereo.rig_objects import RigGeometry
+from dloftbs.stereo.space_fit import Pose
+from dloftbs.stereo.view_curves import ViewCurve
+
+_POOR = 0.7
+"""Share of the best possible agreement of two views below which their rig is looked at.
+
+Source: by hand; right rigs of one cable have more than 0.9 in nearly all frames.
+"""
+
+_BETTER = 1.5
+"""Ratio of the agreement under another rig to that under the stated one from which the latter is in doubt.
+
+Source: by hand.
+"""
+
+
+def doubt_rig(
+    curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometry, matches: Sequence[dict[int, Match]]
+) -> str | None:
+    """Return how a rig is wrong if its first two views match far better then, with the remedy; None otherwise.
+
+    Parameters
+    ----------
+    curves : sequence of sequence of ViewCurve
+        Of each view.
+    geometry : RigGeometry
+    matches : sequence of dict of int to Match
+        By view, for each object.
+    """
+    first, second = curves[0], curves[1]
+    own = _agreement([match[1] for match in matches if {0, 1} <= match.keys()])
+    if not first or not second or own > _POOR * MOST_MEAN_COST * min(len(first), len(second)):
+        return None
+    pose, std = geometry.steps[0][1], geometry.epipolar_std(0)
+    inverse = Pose(pose.rotation.T.copy(), -pose.rotation.T @ pose.shift)
+    exchanged = _agreement(match_views(second, first, pose, std))
+    inverted = _agreement(match_views(first, second, inverse, std))
+    least = max(_BETTER * own, _POOR * MOST_MEAN_COST)
+    if exchanged >= max(least, inverted):
+        return (
+            "the views match far better if they are exchanged: give them in the order of the rig's cameras (left and "
+            "right are swapped), or exchange the poses of the rig"
+        )
+    if inverted >= least:
+        return (
+            "the views match far better if the poses are inverted: a pose takes points of the camera to the rig "
+            "(p_rig = pose @ p_camera); invert them, as by numpy.linalg.inv"
+        )
+    return None
+
+
+def _agreement(matches: Sequence[Match]) -> float:
+    """Return by how much pairs are better than none, squared standard deviations a point, in all."""
+    return sum(MOST_MEAN_COST - match.cost for match in matches)

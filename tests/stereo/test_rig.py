@@ -1,0 +1,223 @@
+"""Rigs: what is taken, what is refused, and curves in space from two views."""
+
+from __future__ import annotations
+
+import json
+import logging
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from stereo_views import BENT, CAMERA, OTHER, RADIUS_M, axis_through, beside, distances_m, masks, rig
+
+from dloftbs import CameraRig, Frame, InputError, PinholeCamera
+
+
+def test_a_cable_is_where_it_was_drawn_and_its_deviation_holds():
+    r = rig()
+    result = r.detect(masks(r, BENT))
+    (one,) = result.objects
+    assert one.members == (0, 0)
+    assert one.no_3d_reason is None
+    apart = distances_m(one.curve_3d, BENT)
+    assert apart.mean() < 0.0025
+    std = one.curve_3d_std(np.linspace(0.03, 0.97, 101))
+    assert (apart < 2.5 * std).mean() > 0.9
+    assert one.width_m == pytest.approx(2 * RADIUS_M, rel=0.1)
+    assert one.confidence > 0.9
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    baseline=st.floats(0.05, 0.25),
+    turn=st.floats(-0.1, 0.3),
+    bend=st.floats(-0.06, 0.06),
+    far=st.floats(0.5, 0.9),
+)
+def test_what_is_projected_and_found_again_is_the_same(baseline, turn, bend, far):
+    r = rig(baseline, min(turn, baseline / far))
+    axis = axis_through([(0.0, -0.12, far), (bend, -0.03, far + bend), (-bend, 0.05, far), (0.02, 0.12, far - bend)])
+    (one,) = r.detect(masks(r, axis)).objects
+    assert one.curve_3d is not None
+    apart, std = distances_m(one.curve_3d, axis), one.curve_3d_std(np.linspace(0.03, 0.97, 101))
+    assert (apart < 4.0 * std + 1e-4).mean() > 0.9
+
+
+def test_the_curve_runs_as_that_of_the_first_view_and_each_view_has_it_in_its_own_frame():
+    r = rig()
+    result = r.detect(masks(r, BENT))
+    (one,), curve = result.objects, result.objects[0].curve_3d
+    for view, detection in enumerate(result.views):
+        seen = r.cameras[view].project(detection[0].curve_3d([0.1, 0.9]))
+        assert np.abs(seen - detection[0].curve(detection[0].u_2d([0.1, 0.9]))).max() < 1.5
+    assert np.allclose(result.views[0][0].curve_3d.control_points, curve.control_points)
+    assert one.inferred_3d == result.views[0][0].inferred_3d
+
+
+def test_cables_are_matched_to_themselves():
+    r = rig()
+    both = masks(r, BENT, OTHER)
+    result = r.detect(both)
+    placed = [one for one in result if one.curve_3d is not None]
+    assert len(placed) == 2
+    means = sorted((distances_m(one.curve_3d, axis).mean()) for one in placed for axis in (BENT, OTHER))
+    assert means[1] < 0.004 < means[2]
+
+
+def test_what_one_view_shows_alone_says_so():
+    r = rig()
+    left, right = masks(r, BENT)
+    left[200:206, 20:120] = True
+    result = r.detect([left, right])
+    (alone,) = [one for one in result if one.curve_3d is None]
+    assert alone.members[1] is None
+    assert "one view alone" in alone.no_3d_reason
+    assert result.objects[0].curve_3d is not None
+    with pytest.raises(InputError, match="one view alone"):
+        alone.curve_3d_std(0.5)
+
+
+def test_a_loop_says_that_it_is_one():
+    angle = np.linspace(0.0, 2.0 * np.pi, 800)
+    ring = np.stack((0.08 * np.cos(angle), 0.08 * np.sin(angle), np.full(800, 0.6)), axis=1)
+    r = rig()
+    assert all("closed loop" in one.no_3d_reason for one in r.detect(masks(r, ring)))
+
+
+def test_beyond_the_field_of_a_lens_nothing_is_put_together():
+    strong = replace(CAMERA, distortion=(-1.5, 0.0, 0.0, 0.0))
+    r = CameraRig([strong, strong], [np.eye(4), beside(0.1)])
+    corner = np.zeros((240, 320), bool)
+    corner[4:10, 4:100] = True
+    assert "field of the lens" in r.detect([corner, corner])[0].no_3d_reason
+
+
+def test_masks_of_any_integers():
+    r = rig()
+    views = masks(r, BENT)
+    a, b = r.detect(views)[0], r.detect([view.astype(np.int32) * 7 for view in views])[0]
+    assert np.array_equal(a.curve_3d.control_points, b.curve_3d.control_points)
+
+
+def test_a_part_hidden_in_one_view_is_bridged_and_said():
+    r = rig()
+    left, right = masks(r, BENT)
+    right[110:125] = False
+    (one, *_) = r.detect([left, right], objects=1).objects
+    assert one.inferred_3d
+    assert distances_m(one.curve_3d, BENT).max() < 0.02
+
+
+def test_along_epipolar_lines_the_deviation_is_large():
+    r = rig(0.06)
+    level = axis_through([(-0.2, 0.0, 0.7), (-0.1, 0.001, 0.7), (0.05, 0.0, 0.7), (0.15, 0.03, 0.7)])
+    steep = axis_through([(0.0, -0.2, 0.7), (0.0, -0.1, 0.7), (0.0, 0.05, 0.7), (0.02, 0.15, 0.7)])
+    stds = [r.detect(masks(r, axis)).objects[0] for axis in (level, steep)]
+    assert stds[0].curve_3d_std(0.4) > 3.0 * stds[1].curve_3d_std(0.4)
+
+
+def test_stated_errors_of_the_rig_enter_the_deviation():
+    r = rig()
+    wrong = CameraRig(r.cameras, r.poses, rotation_std_deg=0.2, pixel_std=0.5)
+    views = masks(r, BENT)
+    plain, known = r.detect(views).objects[0], wrong.detect(views).objects[0]
+    assert known.curve_3d_std(0.5) > 1.5 * plain.curve_3d_std(0.5)
+
+
+def test_images_with_masks_and_colours():
+    r = rig()
+    images = [np.where(mask[..., None], (0, 0, 255), (90, 90, 90)).astype(np.uint8) for mask in masks(r, BENT)]
+    by_colour = r.detect(images, hsv="red").objects[0]
+    by_mask = r.detect(images, mask=masks(r, BENT)).objects[0]
+    assert np.allclose(by_colour.curve_3d.control_points, by_mask.curve_3d.control_points)
+
+
+def test_one_camera_that_moves():
+    r = rig()
+    views = masks(r, BENT)
+    moved = CameraRig([CAMERA]).detect(views, poses=r.poses).objects[0]
+    assert np.array_equal(moved.curve_3d.control_points, r.detect(views).objects[0].curve_3d.control_points)
+    turned = beside(0.3, 0.2)
+    again = CameraRig([CAMERA]).detect(views, poses=[turned @ pose for pose in r.poses]).objects[0]
+    assert np.allclose(again.curve_3d.control_points, moved.curve_3d.control_points, atol=1e-6)
+
+
+def test_three_views():
+    r = CameraRig([CAMERA] * 3, [np.eye(4), beside(0.08), beside(0.16)])
+    result = r.detect(masks(r, BENT))
+    (one,) = result.objects
+    assert one.members == (0, 0, 0)
+    assert distances_m(one.curve_3d, BENT).mean() < 0.002
+
+
+def test_the_same_views_give_the_same_bits():
+    r = rig()
+    views = masks(r, BENT, OTHER)
+    a, b = r.detect(views), r.detect(views)
+    assert [one.to_dict() for one in a] == [one.to_dict() for one in b]
+
+
+def test_a_rig_survives_its_dictionary():
+    r = CameraRig([CAMERA, replace(CAMERA, distortion=(0.1, 0, 0, 0))], [np.eye(4), beside(0.1, 0.2)], pixel_std=0.3)
+    again = CameraRig.from_dict(json.loads(json.dumps(r.to_dict())))
+    assert again.cameras == r.cameras
+    assert np.allclose(again.poses, r.poses, atol=1e-12)
+    assert (again.pixel_std, again.rotation_std_deg) == (0.3, 0.0)
+
+
+def test_views_that_are_exchanged_are_named(caplog):
+    r = rig()
+    with caplog.at_level(logging.WARNING):
+        result = r.detect(masks(r, BENT)[::-1])
+    assert "left and right" in caplog.text
+    assert "left and right" in result.objects[0].no_3d_reason
+
+
+def test_inverted_poses_are_named(caplog):
+    r = rig(0.1, 0.02)
+    views = masks(r, BENT)
+    wrong = CameraRig(r.cameras, [np.linalg.inv(pose) for pose in r.poses])
+    with caplog.at_level(logging.WARNING):
+        result = wrong.detect(views)
+    assert "exchanged" in caplog.text or "inverted" in caplog.text
+    assert all(one.curve_3d is None for one in result)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: CameraRig([CAMERA, CAMERA], [np.eye(4), beside(60.0)]), "divide their translations by 1000"),
+        (lambda: CameraRig([CAMERA, CAMERA], [np.eye(4), np.eye(4)]), "at the same place"),
+        (lambda: CameraRig([CAMERA, CAMERA]), "need their poses"),
+        (lambda: CameraRig([]), "one for each view"),
+        (lambda: CameraRig([CAMERA, CAMERA], [np.eye(4)]), "poses must be 2"),
+        (lambda: CameraRig([CAMERA, CAMERA], [np.eye(4), np.eye(3)]), r"shape \(4, 4\)"),
+        (lambda: CameraRig([CAMERA, CAMERA], [np.eye(4), 2.0 * beside(0.1)]), "rotation"),
+        (lambda: CameraRig([CAMERA, CAMERA], [np.eye(4), beside(0.1)[[0, 1, 2, 2]]]), "last row"),
+        (lambda: CameraRig.from_dict({}), "cameras"),
+        (lambda: CameraRig.from_dict({"cameras": [CAMERA.to_dict()]}), "needs its pose"),
+        (lambda: rig().detect([np.zeros((240, 320), bool)]), "two views or more"),
+        (lambda: rig().detect([np.zeros((240, 320), bool)] * 3), "as many as the rig's cameras, 2, got 3"),
+        (lambda: CameraRig([CAMERA]).detect([np.zeros((240, 320), bool)] * 2), "needs poses="),
+        (lambda: rig().detect([np.zeros((240, 320), bool), np.zeros((120, 160), bool)]), "view 1.*camera.scaled"),
+        (lambda: rig().detect([np.zeros((240, 320), bool)] * 2, mask=[1]), "mask must be a list, one for each of 2"),
+        (lambda: rig().project([1.0, 2.0]), "shape"),
+        (lambda: rig().detect(None), "views must be a list"),
+    ],
+)
+def test_what_is_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+def test_views_of_other_sizes_need_cameras_that_say_theirs():
+    camera = PinholeCamera(300.0, 300.0, 159.5, 119.5)
+    r = CameraRig([camera, camera], [np.eye(4), beside(0.1)])
+    with pytest.raises(InputError, match=r"sizes \(120, 160\), \(240, 320\).*size=\(H, W\)"):
+        r.detect([Frame(mask=np.zeros((240, 320), bool)), np.zeros((120, 160), bool)])
+
+
+def test_nothing_to_see_is_no_object():
+    assert len(rig().detect([np.zeros((240, 320), bool)] * 2)) == 0
