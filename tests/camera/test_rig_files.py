@@ -45,9 +45,9 @@ def test_a_pose_as_urdf_and_tf_give_it(tmp_path):
     turn = cv2.Rodrigues(np.array([0.0, angle, 0.0]))[0]
     for extra in (
         {"rpy": [0.0, angle, 0.0]},
-        {"quaternion": [0.0, math.sin(angle / 2), 0.0, math.cos(angle / 2)]},
+        {"quaternion_xyzw": [0.0, math.sin(angle / 2), 0.0, math.cos(angle / 2)]},
     ):
-        cameras = [LEFT.to_dict(), {**RIGHT.to_dict(), "xyz": [0.1, 0.0, 0.0], **extra}]
+        cameras = [LEFT.to_dict(), {**RIGHT.to_dict(), "pose": {"translation_m": [0.1, 0.0, 0.0], **extra}}]
         path = tmp_path / "rig.yaml"
         path.write_text(yaml.safe_dump({"cameras": cameras}))
         pose = CameraRig.from_file(path).poses[1]
@@ -137,8 +137,8 @@ def test_two_camera_infos(tmp_path):
         ({"cameras": [1, 2]}, "camera 0 must be a mapping"),
         ({"cameras": [LEFT.to_dict(), RIGHT.to_dict()]}, "camera 1 needs its pose"),
         (
-            {"cameras": [LEFT.to_dict(), {**RIGHT.to_dict(), "xyz": [0.1, 0, 0], "quaternion": [1, 1, 0, 0]}]},
-            "length 1",
+            {"cameras": [LEFT.to_dict(), {**RIGHT.to_dict(), "pose": {"quaternion_xyzw": [1, 1, 0, 0]}}]},
+            "the length 1",
         ),
         ({"cam0": kalibr(LEFT), "cam1": kalibr(RIGHT)}, "cam1 lacks T_cn_cnm1"),
         ({"cam0": kalibr(LEFT), "cam1": 5}, "cam1 must be a camera"),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dloftbs.camera.lens_models import LensModel
 from dloftbs.camera.pinhole import CameraLike, PinholeCamera, as_camera
-from dloftbs.camera.poses import as_pose, read_pose, rotation_about
+from dloftbs.camera.poses import as_pose, inverse_of, read_pose, rotation_about
 from dloftbs.camera.registration import DepthRegistration
-from dloftbs.camera.rig_files import inverse_of, read_rig
+from dloftbs.camera.rig_files import read_rig
 
 __all__ = [
     "CameraLike",

@@ -15,8 +15,9 @@ from dloftbs.support.arrays import FloatArray, as_float_array, as_vector
 from dloftbs.support.documents import parse_yaml, read_text
 from dloftbs.support.values import check_path, shown
 
-_FORMS = "a matrix (4, 4), or translation_m (3,) with rotation (3, 3), quaternion_xyzw (4,) or rpy (3,) in radians"
+POSE_FORMS = "a matrix (4, 4), or translation_m (3,) with rotation (3, 3), quaternion_xyzw (4,) or rpy (3,) in radians"
 _ROTATIONS = ("rotation", "quaternion_xyzw", "rpy")
+POSE_KEYS = ("translation_m", *_ROTATIONS)
 
 
 def as_pose(name: str, value: npt.ArrayLike | Mapping[str, Any]) -> FloatArray:
@@ -39,7 +40,7 @@ def as_pose(name: str, value: npt.ArrayLike | Mapping[str, Any]) -> FloatArray:
         return _pose_of(name, value)
     pose = as_float_array(name, value)
     if pose.shape != (4, 4):
-        raise InputError(f"{name} must be {_FORMS}, got shape {pose.shape}")
+        raise InputError(f"{name} must be {POSE_FORMS}, got shape {pose.shape}")
     if not np.allclose(pose[3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=ROTATION_TOLERANCE):
         raise InputError(f"the last row of {name} must be 0 0 0 1, got {pose[3].tolist()}")
     return _with_rotation(name, pose[:3, :3], pose[:3, 3])
@@ -57,10 +58,23 @@ def read_pose(path: str | Path) -> FloatArray:
     try:
         documents = parse_yaml(read_text(place))
         if len(documents) != 1:
-            raise InputError(f"a pose must be {_FORMS}, got {len(documents)} documents")
+            raise InputError(f"a pose must be {POSE_FORMS}, got {len(documents)} documents")
         return as_pose("a pose", documents[0])
     except InputError as error:
         raise SourceError(f"{place}: {error}") from error
+
+
+def pose_of(rotation: FloatArray, translation_m: npt.ArrayLike) -> FloatArray:
+    """Return a pose (4, 4) of its rotation (3, 3) and its translation (3,)."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation, translation_m
+    return pose
+
+
+def inverse_of(pose: FloatArray) -> FloatArray:
+    """Return the inverse of a pose (4, 4)."""
+    rotation = pose[:3, :3].T
+    return pose_of(rotation, -rotation @ pose[:3, 3])
 
 
 def rotation_about(axis: FloatArray, angle: float) -> FloatArray:
@@ -72,10 +86,10 @@ def rotation_about(axis: FloatArray, angle: float) -> FloatArray:
 
 
 def _pose_of(name: str, given: Mapping[str, Any]) -> FloatArray:
-    unknown = [str(key) for key in given if key not in ("translation_m", *_ROTATIONS)]
+    unknown = [str(key) for key in given if key not in POSE_KEYS]
     rotations = [key for key in _ROTATIONS if key in given]
     if unknown or not given or len(rotations) > 1:
-        raise InputError(f"{name} must be {_FORMS}, got {shown(dict(given))}")
+        raise InputError(f"{name} must be {POSE_FORMS}, got {shown(dict(given))}")
     translation = as_vector(f"translation_m of {name}", given.get("translation_m", (0.0, 0.0, 0.0)), 3)
     rotation = np.eye(3)
     match rotations:
@@ -107,6 +121,4 @@ def _with_rotation(name: str, rotation: FloatArray, translation: FloatArray) -> 
     off = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
     if off > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0:
         raise InputError(f"the rotation of {name} must be one, R R^T = 1 and det R = 1, got {rotation.tolist()}")
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation, translation
-    return pose
+    return pose_of(rotation, translation)

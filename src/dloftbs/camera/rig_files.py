@@ -15,10 +15,12 @@ import numpy as np
 
 from dloftbs.camera.calibration_files import content_of, matrix_of, normal_keys, numbers_of
 from dloftbs.camera.pinhole import PinholeCamera
+from dloftbs.camera.poses import POSE_FORMS, POSE_KEYS, as_pose, inverse_of, pose_of
 from dloftbs.errors import InputError, SourceError
 from dloftbs.support.arrays import FloatArray
 
 Keys = dict[str, Any]
+_POSE_KEYS: dict[Any, str] = {key.replace("_", ""): key for key in POSE_KEYS}  # as `normal_keys` leaves them
 CamerasAndPoses = tuple[list[PinholeCamera], list[FloatArray]]
 
 _FORMS = (
@@ -65,65 +67,28 @@ def rig_of(contents: Sequence[Keys], *, rectified: bool = False) -> tuple[Camera
     return stereo, {}
 
 
-def pose_of(rotation: FloatArray, translation_m: Sequence[float] | FloatArray) -> FloatArray:
-    """Return a pose (4, 4) of its rotation (3, 3) and its translation (3,)."""
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation, translation_m
-    return pose
-
-
-def inverse_of(pose: FloatArray) -> FloatArray:
-    """Return the inverse of a pose (4, 4)."""
-    rotation = pose[:3, :3].T
-    return pose_of(rotation, -rotation @ pose[:3, 3])
-
-
 def _from_own(cameras: list[Any]) -> CamerasAndPoses:
     made, poses = [], []
     for number, keys in enumerate(cameras):
         if not isinstance(keys, Mapping):
             raise InputError(f"camera {number} must be a mapping of keys to values, got {type(keys).__name__}")
         own = normal_keys(keys)
-        placed = {key: own.pop(key) for key in ("pose", "xyz", "rpy", "quaternion") if key in own}
+        placed = own.pop("pose", None)
         made.append(PinholeCamera.from_calibration(own))
         poses.append(_placed(number, placed))
     return made, poses
 
 
-def _placed(number: int, keys: Keys) -> FloatArray:
-    """Return the pose that a camera of our own file has: 4 x 4, or a position with angles or a quaternion."""
-    if not keys and number == 0:
+def _placed(number: int, given: Any) -> FloatArray:
+    """Return the pose that a camera of our own file has; the first one needs none."""
+    name = f"the pose of camera {number}"
+    if given is None and number == 0:
         return np.eye(4)
-    if keys.keys() == {"pose"}:
-        return np.array(numbers_of("pose", keys["pose"], 16)).reshape(4, 4)
-    if "xyz" not in keys or "pose" in keys or {"rpy", "quaternion"} <= keys.keys():
-        raise InputError(
-            f"camera {number} needs its pose in the rig, metres: pose (4 x 4), or xyz with rpy (radians, as of URDF) "
-            f"or quaternion (x, y, z, w, as of TF); found {', '.join(keys) or 'none'}"
-        )
-    position = numbers_of("xyz", keys["xyz"], 3)
-    if "quaternion" in keys:
-        return pose_of(_of_quaternion(np.array(numbers_of("quaternion", keys["quaternion"], 4))), position)
-    roll, pitch, yaw = numbers_of("rpy", keys.get("rpy", [0.0, 0.0, 0.0]), 3)
-    return pose_of(_about(2, yaw) @ _about(1, pitch) @ _about(0, roll), position)
-
-
-def _of_quaternion(xyzw: FloatArray) -> FloatArray:
-    size = float(np.linalg.norm(xyzw))
-    if not abs(size - 1.0) < 1e-3:
-        raise InputError(f"a quaternion (x, y, z, w) must have length 1, got {xyzw.tolist()}")
-    x, y, z, w = xyzw / size
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + 2.0 * (w * cross + cross @ cross)
-
-
-def _about(axis: int, angle: float) -> FloatArray:
-    turn = np.eye(3)
-    a, b = (axis + 1) % 3, (axis + 2) % 3
-    turn[a, a] = turn[b, b] = np.cos(angle)
-    turn[b, a] = np.sin(angle)
-    turn[a, b] = -turn[b, a]
-    return turn
+    if given is None:
+        raise InputError(f"camera {number} needs its pose in the rig, metres: {POSE_FORMS}; found none")
+    if isinstance(given, Mapping):
+        return as_pose(name, {_POSE_KEYS.get(key, key): value for key, value in given.items()})
+    return as_pose(name, np.array(numbers_of("pose", given, 16)).reshape(4, 4))
 
 
 def _from_kalibr(keys: Keys) -> CamerasAndPoses:

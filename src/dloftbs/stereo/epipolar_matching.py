@@ -1,4 +1,4 @@
-"""Which detection of one view is which of another, and which way it runs there."""
+"""Matching of the detections of one view with those of another, each with its direction there."""
 
 from __future__ import annotations
 

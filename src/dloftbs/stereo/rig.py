@@ -131,8 +131,8 @@ class CameraRig:
     ) -> CameraRig:
         """Read a rig from YAML, JSON or XML.
 
-        Understood are our own (see `to_dict`), where a camera's pose may also be ``xyz`` with ``rpy`` as of URDF, or
-        with ``quaternion`` (x, y, z, w) as of TF; Kalibr's camchain; what OpenCV's stereoCalibrate returns as its
+        Understood are our own (see `to_dict`), where a camera's pose may also be ``translation_m`` with ``rpy`` as of
+        URDF, or with ``quaternion_xyzw`` as of TF; Kalibr's camchain; what OpenCV's stereoCalibrate returns as its
         samples write it (M1, D1, M2, D2 and R, T, in one file or two); and two camera_info of ROS, left and right.
 
         Parameters

@@ -51,7 +51,7 @@ Source: by hand; it bounds time and memory of long streams.
 
 @dataclass
 class _Known:
-    """What is known of an object from earlier moments."""
+    """Knowledge of an object from earlier moments."""
 
     id: int
     members: dict[int, int]

@@ -82,7 +82,7 @@ class Pose(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """What a view shows of an object.
+    """View of an object.
 
     Parameters
     ----------

@@ -361,7 +361,7 @@ class Diagram:
 
     @cached_property
     def is_knotted(self) -> bool | None:
-        """Whether a strand is knotted by itself; None where that depends on what is not known."""
+        """True if a strand is knotted by itself; None where that depends on what is not known."""
         if len(self.passes) == 1:
             return self._agreed(is_knotted)
         return _any([strand.is_knotted for strand in self._strands])
@@ -373,7 +373,7 @@ class Diagram:
 
     @cached_property
     def is_tangled(self) -> bool | None:
-        """Whether a strand is knotted or hooked to another one; None where that depends on what is not known.
+        """True if a strand is knotted or hooked to another one; None where that depends on what is not known.
 
         A strand that lies over all others, or under all others, is hooked to none of them.
         """

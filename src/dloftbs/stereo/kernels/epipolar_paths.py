@@ -1,4 +1,4 @@
-"""Which point of a curve in one view is which of a curve in another: monotone paths by dynamic time warping.
+"""Correspondence of the points of two curves in two views: monotone paths by dynamic time warping.
 
 Points are rays (x, y, 1) without the lens. The distance is Sampson's, of a pair from the epipolar constraint, to first
 order the least motion of both points that fulfils it (Hartley and Zisserman, Multiple View Geometry, 2004, 11.4.3).
