@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
     from dloftbs.data.centerline import Joint
 
-WEIGHTS = np.array([0.0824, 1.0, 0.536, 0.0083, 0.051])
+WEIGHTS = np.array([0.064, 1.0, 0.554, 0.004, 0.04])
 """Factors of the terms in the image: a pixel's grid, misfit, roughness, ends and crossings, inferred parts.
 
 Source: fitted by benchmarks.fit_deviation.
 """
 
-WEIGHTS_3D = np.array([1.0, 0.5, 0.05, 0.05])
+WEIGHTS_3D = np.array([0.997, 0.44, 0.005, 0.029])
 """Factors of the terms in space: across the line of sight, noise of depth, the width, parts that no depth shows.
 
 Source: fitted by benchmarks.fit_deviation.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.answers import Answers, answer_options
 from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.options import (
     STANDARD_OUTPUT,
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
 @click.option(
     "--view", is_flag=True, help="Show the curves live on a page while tracking; a recording waits until it is open."
 )
+@answer_options
 @input_options
 @config_options
 @page_options
@@ -68,6 +70,7 @@ def track(
     every: int,
     fps: float | None,
     view: bool,
+    answers: Answers,
     inputs: InputOptions,
     config: Config,
     page: PageOptions,
@@ -103,6 +106,7 @@ def track(
         outs = (STANDARD_OUTPUT,)
     if with_input and not any(is_recording(path) for path in outs):
         raise click.UsageError("--with-input goes with --out NAME.mcap or --out FOLDER/")
+    answers.check(outs)
     pictures = {"--overlay": overlay, "--stages": stages}
     outputs = plan_outputs(outs, pictures, InputFiles(where, context.params), config, is_one=limit == 1)
     run = StreamRun(
@@ -113,13 +117,14 @@ def track(
     try:
         with ExitStack() as stack:
             stack.enter_context(run)
-            sink = stack.enter_context(_open_sink(outputs, run.fps, config, with_input))
+            sink = stack.enter_context(_open_sink(outputs, run.fps, config, with_input, answers))
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
             show = _open_page(stack, run.source, config, page, stop) if view else None
 
             def write(frame: Frame, result: FrameResult) -> None:
+                answers.warn(result)
                 sink.write(frame, result)
                 if show is not None:
                     show(frame, result)
@@ -149,10 +154,10 @@ def _open_page(
     return feed.publish
 
 
-def _open_sink(outputs: Outputs, fps: float | None, config: Config, with_input: bool) -> Sink:
+def _open_sink(outputs: Outputs, fps: float | None, config: Config, with_input: bool, answers: Answers) -> Sink:
     from dloftbs.cli.outputs import open_all_pictures, open_outputs
     from dloftbs.pipeline import Pipeline
 
     # Another pipeline, since what is drawn is drawn in another thread.
-    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0)
-    return open_outputs(outputs.data, *drawn, with_input=with_input)
+    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0, answers=answers)
+    return open_outputs(outputs.data, *drawn, with_input=with_input, answers=answers)
