@@ -12,7 +12,7 @@ import click
 
 from dloftbs import sinks
 from dloftbs._version import __version__
-from dloftbs.cli.answers import Answers
+from dloftbs.cli.answer_options import Answers
 from dloftbs.cli.options import STANDARD_OUTPUT
 from dloftbs.config import Config
 from dloftbs.data.answers import with_answers

@@ -37,14 +37,10 @@ def with_answers(result: FrameResult, kinds: Sequence[str]) -> dict[str, Any]:
     row = result.to_dict()
     if "topology" in kinds:
         row["topology"] = import_module("dloftbs.topology").describe(result)
-    answers: dict[str, Callable[[Detection | Track], dict[str, Any]]] = {"shape": describe_shape, "std": describe_std}
-    for name, answer in answers.items():
+    for name, answer in _ANSWERS.items():
         if name in kinds:
-            both: tuple[tuple[str, Sequence[Detection | Track]], ...]
-            both = ("detections", result.detections), ("tracks", result.tracks)
-            for key, objects in both:
-                for one, own in zip(objects, row[key], strict=True):
-                    own[name] = answer(one)
+            _add(name, answer, result.detections, row["detections"])
+            _add(name, answer, result.tracks, row["tracks"])
     return row
 
 
@@ -88,6 +84,15 @@ def describe_std(one: Detection | Track) -> dict[str, Any]:
         "px": one.curve_std(_PLACES).tolist() if is_seen else None,
         "m": one.curve_3d_std(_PLACES).tolist() if in_space else None,
     }
+
+
+_Answer = Callable[[Detection | Track], dict[str, Any]]
+_ANSWERS: dict[str, _Answer] = {"shape": describe_shape, "std": describe_std}
+
+
+def _add(name: str, answer: _Answer, objects: Sequence[Detection | Track], rows: list[dict[str, Any]]) -> None:
+    for one, row in zip(objects, rows, strict=True):
+        row[name] = answer(one)
 
 
 class BendLimit:

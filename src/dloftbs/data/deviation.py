@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from dloftbs.data.centerline import Joint
 
-WEIGHTS = np.array([0.064, 1.0, 0.554, 0.004, 0.04])
+WEIGHTS = np.array([0.058, 1.0, 0.52, 0.009, 0.058])
 """Factors of the terms in the image: a pixel's grid, misfit, roughness, ends and crossings, inferred parts.
 
 Source: fitted by benchmarks.fit_deviation.

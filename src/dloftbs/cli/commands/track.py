@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dloftbs.cli.answers import Answers, answer_options
+from dloftbs.cli.answer_options import Answers, answer_options
 from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.options import (
     STANDARD_OUTPUT,
