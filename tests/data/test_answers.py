@@ -59,6 +59,25 @@ def test_deviations_grow_into_a_gap_and_by_noise():
         clean.curve_3d_std(0.5)
 
 
+def test_deviations_in_space_are_those_of_the_image_and_of_depth():
+    mask = np.zeros((200, 400), np.uint8)
+    cv2.ellipse(mask, (200, 150), (90, 90), 0, 180, 360, 255, 9)
+    camera = dloftbs.PinholeCamera(400.0, 400.0, 199.5, 99.5)
+    noise = np.random.default_rng(0).normal(0.0, 0.005, mask.shape)
+    still, noisy = (
+        dloftbs.detect(mask, depth=(np.where(mask > 0, 0.8, 0.9) + part).astype(np.float32), camera=camera)[0]
+        for part in (0.0, noise)
+    )
+    assert still.curve_3d_std(0.5) == pytest.approx(still.curve_std(0.5) * 0.8 / 400.0, rel=0.3)
+    assert 2.0 * still.curve_3d_std(0.5) < noisy.curve_3d_std(0.5) < 0.005
+    np.testing.assert_allclose(noisy.reversed().curve_3d_std([0.2]), noisy.curve_3d_std([0.8]), rtol=0.05)
+    assert still.width_m == pytest.approx(still.width_px * 0.8 / 400.0, rel=0.03)
+    assert still.tightest_bend_3d()[1] == pytest.approx(90.0 * 0.8 / 400.0, rel=0.05)
+    track = Track(1, TrackState.CONFIRMED, still.curve, still.curve_3d, 3, 0, still, camera=camera)
+    assert track.curve_3d_std(0.5) == pytest.approx(still.curve_3d_std(0.5))
+    assert with_answers(dloftbs.detect(mask), ["std"])["detections"][0]["std"]["m"] is None
+
+
 def test_a_track_has_the_deviations_of_its_detection_and_more_where_it_is_hidden():
     (one,) = found()
     same = Track(1, TrackState.CONFIRMED, one.curve, None, 3, 0, one)
