@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
     from dloftbs.data.centerline import Joint
 
-WEIGHTS = np.array([0.058, 1.0, 0.52, 0.009, 0.058])
+WEIGHTS = np.array([0.061, 1.0, 0.534, 0.004, 0.052])
 """Factors of the terms in the image: a pixel's grid, misfit, roughness, ends and crossings, inferred parts.
 
 Source: fitted by benchmarks.fit_deviation.
 """
 
-WEIGHTS_3D = np.array([0.997, 0.44, 0.005, 0.029])
+WEIGHTS_3D = np.array([0.997, 0.451, 0.006, 0.029])
 """Factors of the terms in space: across the line of sight, noise of depth, the width, parts that no depth shows.
 
 Source: fitted by benchmarks.fit_deviation.
