@@ -68,7 +68,7 @@ def test_deviations_in_space_are_those_of_the_image_and_of_depth():
         dloftbs.detect(mask, depth=(np.where(mask > 0, 0.8, 0.9) + part).astype(np.float32), camera=camera)[0]
         for part in (0.0, noise)
     )
-    assert still.curve_3d_std(0.5) == pytest.approx(still.curve_std(0.5) * 0.8 / 400.0, rel=0.3)
+    assert still.curve_3d_std(0.5) == pytest.approx(still.curve_std(0.5) * 0.8 / 400.0, rel=0.5)
     assert 2.0 * still.curve_3d_std(0.5) < noisy.curve_3d_std(0.5) < 0.005
     np.testing.assert_allclose(noisy.reversed().curve_3d_std([0.2]), noisy.curve_3d_std([0.8]), rtol=0.05)
     assert still.width_m == pytest.approx(still.width_px * 0.8 / 400.0, rel=0.03)
