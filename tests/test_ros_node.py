@@ -222,6 +222,8 @@ def test_the_launch_file_has_each_parameter_and_the_tables_each_argument(launche
         ("max_rate", "5", 5.0),
         ("depth_unit", "0.0001", 0.0001),
         ("mask_topic", "/sam2/mask", "/sam2/mask"),
+        ("min_bend_radius", "0.03", "0.03"),
+        ("min_bend_radius", "40px", "40px"),
     ],
 )
 def test_an_argument_reaches_the_node_in_its_type(launched, parameters, name, text, value):

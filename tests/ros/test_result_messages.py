@@ -16,6 +16,7 @@ from ros import bag_examples as bags
 
 import dloftbs
 from dloftbs import FrameResult, InputError, PinholeCamera, Track, TrackState
+from dloftbs.data.answers import BendLimit
 from dloftbs.ros import (
     MarkerWriter,
     RclpyFactory,
@@ -169,6 +170,20 @@ def test_diagnostics_warn_with_the_reason():
     (status,) = sent(diagnostics_message(bags.MAKE2, header(), result_of(track_of(), stage_ms={"linking": 0.5}))).status
     values = {pair.key: pair.value for pair in status.values}
     assert (status.level, status.message, values["linking ms"], values["tracks"]) == (0, "1 tracks", "0.500", "1")
+
+
+def test_diagnostics_warn_of_tight_bends():
+    result = result_of(track_of())
+    radius = result.tracks[0].tightest_bend_3d()[1]
+    for limit, level in ((BendLimit(1.1 * radius), 1), (BendLimit(0.9 * radius), 0)):
+        (status,) = sent(diagnostics_message(bags.MAKE2, header(), result, limit=limit)).status
+        assert status.level == level
+        assert ("; track 1 bends to " in status.message) is (level == 1)
+    mask = np.zeros((60, 120), bool)
+    mask[28:33, 10:110] = True
+    (status,) = sent(diagnostics_message(bags.MAKE2, header(), dloftbs.detect(mask), limit=BendLimit(0.03))).status
+    assert status.level == 1
+    assert "the frame has no depth" in status.message
 
 
 def test_a_frame_that_comes_from_no_message_has_its_own_time():

@@ -115,6 +115,7 @@ class TrackNode(Node):
         super().__init__("dloftbs")
         self._asked = Parameters.declared(self._declare)
         self._pipeline = self._asked.make_pipeline()
+        self._bend_limit = self._asked.bend_limit()
         self._topics = {name: self._asked.topic(name, self.resolve_topic_name(name)) for name in _INPUTS}
         if self._asked.mask_topic:
             self._topics["mask"] = self.resolve_topic_name(self._asked.mask_topic)
@@ -294,7 +295,7 @@ class TrackNode(Node):
         if self._is_heard("overlay/compressed"):
             picture = encode(viz.draw(frame, result), ".jpg")
             self._outputs["overlay/compressed"].publish(picture_message(make, in_camera, picture))
-        diagnostics = diagnostics_message(make, in_camera, result, self.get_name())
+        diagnostics = diagnostics_message(make, in_camera, result, self.get_name(), self._bend_limit)
         (status,) = diagnostics.status
         status.values.extend(self._counts())
         if problem is not None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
 from dloftbs import Config, Pipeline
+from dloftbs.data.answers import BendLimit
 from dloftbs.errors import ConfigError
 from dloftbs.ros.topic_choice import base_name
 
@@ -49,6 +50,8 @@ class Parameters:
         Metres per count of integer depth.
     mask_topic : str
         Topic of the images' masks, as a segmenter publishes them; empty where there is none.
+    min_bend_radius : str
+        Least radius of bends, below which diagnostics warn, as on the command line; empty for none.
 
     Raises
     ------
@@ -68,6 +71,7 @@ class Parameters:
     max_rate: float = 0.0
     depth_unit: float = 0.001
     mask_topic: str = ""
+    min_bend_radius: str = ""
 
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():
@@ -104,6 +108,16 @@ class Parameters:
         """
         transport = {"image": self.image_transport, "depth": self.depth_transport}.get(name, RAW)
         return resolved if transport == RAW else f"{base_name(resolved)}/{transport}"
+
+    def bend_limit(self) -> BendLimit | None:
+        """Return the least radius of bends, or None.
+
+        Raises
+        ------
+        InputError
+            If it is none.
+        """
+        return BendLimit.parse(self.min_bend_radius) if self.min_bend_radius else None
 
     def make_pipeline(self) -> Pipeline:
         """Return the pipeline that is asked for; an empty text, or 0, leaves the choice to the configuration.

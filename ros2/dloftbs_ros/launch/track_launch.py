@@ -30,6 +30,7 @@ PARAMETERS: dict[str, tuple[type, str]] = {
     "max_rate": (float, "frames a second at most, 0: all"),
     "depth_unit": (float, "metres per count of integer depth"),
     "mask_topic": (str, "topic of the images' masks, as a segmenter publishes them"),
+    "min_bend_radius": (str, "least radius of bends, in metres, or in pixels as in 40px"),
 }
 """Parameters of the node and their types; an empty argument leaves the value to the file of parameters."""
 OUTPUTS = ("points", "markers", "points_px", "overlay/compressed", "mask", "diagnostics")

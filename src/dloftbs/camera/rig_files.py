@@ -87,7 +87,7 @@ def _placed(number: int, given: Any) -> FloatArray:
     if given is None:
         raise InputError(f"camera {number} needs its pose in the rig, metres: {POSE_FORMS}; found none")
     if isinstance(given, Mapping):
-        return as_pose(name, {_POSE_KEYS.get(key, key): value for key, value in given.items()})
+        return as_pose(name, {str(_POSE_KEYS.get(key, key)): value for key, value in given.items()})
     return as_pose(name, np.array(numbers_of("pose", given, 16)).reshape(4, 4))
 
 

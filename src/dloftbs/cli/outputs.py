@@ -12,8 +12,10 @@ import click
 
 from dloftbs import sinks
 from dloftbs._version import __version__
+from dloftbs.cli.answer_options import NO_ANSWERS, Answers
 from dloftbs.cli.options import STANDARD_OUTPUT
 from dloftbs.config import Config
+from dloftbs.data.answers import with_answers
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import ConfigError, SinkError
@@ -28,18 +30,25 @@ _SIGNATURE = "# The configuration of dloftbs"
 
 
 class StandardOutput(Sink):
-    """Prints `FrameResult.to_dict` of each frame as one line of JSON."""
+    """Prints `FrameResult.to_dict` of each frame, with the answers asked for, as one line of JSON."""
+
+    def __init__(self, kinds: Sequence[str] = ()) -> None:
+        self._kinds = kinds
 
     def write(self, frame: Frame, result: FrameResult) -> None:
         """Print a frame's line."""
-        click.echo(encode_line(result.to_dict()), nl=False)
+        click.echo(encode_line(with_answers(result, self._kinds)), nl=False)
 
     def close(self) -> None:
         """Every line is out already."""
 
 
 def open_outputs(
-    paths: Sequence[str], *more: Sink, with_input: bool = False, pose: FloatArray | None = None
+    paths: Sequence[str],
+    *more: Sink,
+    with_input: bool = False,
+    pose: FloatArray | None = None,
+    answers: Answers = NO_ANSWERS,
 ) -> MultiSink:
     """Open a sink for each path, ``"-"`` being standard output, and gather them with those that are open already.
 
@@ -54,7 +63,7 @@ def open_outputs(
     with ExitStack() as stack:
         opened = [stack.enter_context(sink) for sink in more]
         for path in paths:
-            opened.append(stack.enter_context(_open_data(path, with_input, pose)))
+            opened.append(stack.enter_context(_open_data(path, with_input, pose, answers)))
         together = MultiSink(opened)
         stack.pop_all()
     return together
@@ -66,12 +75,16 @@ def is_recording(path: str) -> bool:
     return suffix == sinks.BAG_SUFFIX or (path.endswith("/") and suffix != sinks.LABELME_SUFFIX)
 
 
-def _open_data(path: str, with_input: bool, pose: FloatArray | None) -> Sink:
+def _open_data(path: str, with_input: bool, pose: FloatArray | None, answers: Answers) -> Sink:
     if path == STANDARD_OUTPUT:
-        return StandardOutput()
+        return StandardOutput(answers.kinds)
     if not is_recording(path):
-        is_scene = sinks.kind_of(path) in (sinks.UsdSink, sinks.MujocoSink)
-        return sinks.open(path, pose=pose) if is_scene else sinks.open(path)
+        kind = sinks.kind_of(path)
+        if kind is sinks.JsonLinesSink:
+            return sinks.JsonLinesSink(path, answers.kinds)
+        if kind is sinks.CsvSink:
+            return sinks.CsvSink(path, bends=answers.limit is not None)
+        return sinks.open(path, pose=pose) if kind in (sinks.UsdSink, sinks.MujocoSink) else sinks.open(path)
     from dloftbs.ros import BagSink
 
     return BagSink(path, with_input=with_input)
@@ -94,7 +107,11 @@ def open_pictures(path: str, ending: str, **options: Any) -> Sink:
 
 
 def open_all_pictures(
-    pictures: Mapping[str, tuple[str, str]], pipeline: Pipeline, *, fps: float = 30.0
+    pictures: Mapping[str, tuple[str, str]],
+    pipeline: Pipeline,
+    *,
+    fps: float = 30.0,
+    answers: Answers = NO_ANSWERS,
 ) -> Iterator[Sink]:
     """Open the sinks for drawn frames one after the other, as `Outputs.pictures` has them.
 
@@ -105,19 +122,22 @@ def open_all_pictures(
         Draws the stages; used by whoever writes to the sinks, and nobody else.
     fps : float
         Of a video.
+    answers : Answers
+        Answers that overlays show.
 
     Raises
     ------
     InputError, SinkError
         As `dloftbs.sinks.open`.
     """
+    drawn = {} if answers.draw is None else {"draw": answers.draw}
     for option, (path, ending) in pictures.items():
         if option == "--stages":
             from dloftbs import viz
 
             yield open_pictures(path, ending, draw=lambda frame, _: viz.draw_stages(pipeline.trace(frame)))
         else:
-            yield open_pictures(path, ending, fps=fps)
+            yield open_pictures(path, ending, fps=fps, **drawn)
 
 
 def config_beside(paths: Sequence[str | None], config: Config) -> Path | None:

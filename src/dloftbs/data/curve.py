@@ -11,9 +11,19 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline
 
+from dloftbs.data.spans import Spans
 from dloftbs.data.spline_geometry import ArcLength, bends, directions, measure, nearest_place
 from dloftbs.errors import InputError
-from dloftbs.support.arrays import LARGEST, FloatArray, as_float_array, as_numbers, as_points, as_vector, frozen
+from dloftbs.support.arrays import (
+    LARGEST,
+    FloatArray,
+    as_float_array,
+    as_numbers,
+    as_points,
+    as_vector,
+    check_mask,
+    frozen,
+)
 from dloftbs.support.values import check_flag, check_integer, check_number, shown, values_of
 
 _HIGHEST_DEGREE = 9  # higher ones are of no use, and oscillate
@@ -138,6 +148,11 @@ class BSplineCurve:
     def _base(self) -> FloatArray:
         """The knots from 0 to 1."""
         return self._knots[self._degree : len(self._control_points) + 1]
+
+    @cached_property
+    def breaks(self) -> FloatArray:
+        """The distinct knots from 0 to 1, shape (m,): between two of them, the curve is one polynomial."""
+        return frozen(np.unique(self._base))
 
     @property
     def length(self) -> float:
@@ -296,6 +311,184 @@ class BSplineCurve:
         Without sign, in the plane as in space; 0 where the curve stands still.
         """
         return np.linalg.norm(bends(self.spline, self.t_at(u)), axis=-1)
+
+    def bend_radius(self, u: npt.ArrayLike, over: float | None = None) -> FloatArray:
+        """Return the radius of the bend, shape (...), in the unit of the control points; infinite where it is straight.
+
+        Parameters
+        ----------
+        u : array_like, shape (...)
+        over : float, optional
+            Shortest wave along the curve that is a bend and no noise, in that unit: half of the height of such a wave
+            is left, and hardly anything of shorter ones. By default two distances between knots, as fitted curves need
+            it, since their knots follow the noise of pixels. 0 takes the curve as it is: ``1 / curve.curvature(u)``.
+
+        Raises
+        ------
+        InputError
+            If a ``u`` is not on the curve, or the length is negative.
+        """
+        from dloftbs.data.curve_bends import bend_radius
+
+        return bend_radius(self, u, over)
+
+    def tightest_bend(self, over: float | None = None) -> tuple[float, float]:
+        """Return where the curve bends most, and the radius there.
+
+        Parameters
+        ----------
+        over : float, optional
+            As in `bend_radius`.
+
+        Returns
+        -------
+        u : float
+        radius : float
+            In the unit of the control points; infinite of a straight line.
+
+        Raises
+        ------
+        InputError
+            If the length is negative.
+        """
+        from dloftbs.data.curve_bends import tightest_bend
+
+        return tightest_bend(self, over)
+
+    def slack(self, u_a: float, u_b: float) -> float:
+        """Return how much longer the curve is between two places than the straight way, in its unit.
+
+        Around a loop, the way from `u_a` on towards growing ``u`` is taken.
+
+        Raises
+        ------
+        InputError
+            If a ``u`` is no number, or not on the curve.
+        """
+        a, b = (check_number(name, u, -LARGEST, LARGEST) for name, u in (("u_a", u_a), ("u_b", u_b)))
+        (start, end), along = self([a, b]), (b - a) % 1.0 if self._closed else abs(b - a)
+        return max(along * self.length - float(np.linalg.norm(end - start)), 0.0)
+
+    def distance(self, other: BSplineCurve | npt.ArrayLike) -> tuple[float, float, float]:
+        """Return the two places at which this curve and another one are nearest to each other, and their distance.
+
+        Parameters
+        ----------
+        other : BSplineCurve, or array_like, shape (n, ndim)
+            A curve, or points that are joined by straight lines, two or more.
+
+        Returns
+        -------
+        u, u_other : float
+            Of several nearest places, one; of a polyline, the share of its length.
+        distance : float
+            In the unit of the control points; 0 where they cross.
+
+        Raises
+        ------
+        InputError
+            If the other one has another number of dimensions, fewer than two points, or a value is no finite number.
+        """
+        from dloftbs.data.curve_distance import nearest_places
+
+        if not isinstance(other, BSplineCurve):
+            points = as_points("other", other, (self.ndim,))
+            if len(points) < 2:
+                raise InputError(f"a polyline needs two points or more, got {len(points)}; `nearest` takes one point")
+            other = BSplineCurve(np.concatenate(([0.0], np.linspace(0.0, 1.0, len(points)), [1.0])), points, 1)
+        check_curve("other", other, self.ndim)
+        return nearest_places(self, other)
+
+    def nearest_pixel(self, mask: npt.ArrayLike) -> tuple[float, tuple[float, float], float] | None:
+        """Return where a curve in the image is nearest to a pixel that is set in a mask.
+
+        Parameters
+        ----------
+        mask : array_like, shape (H, W), bool or any integer type
+            Any non-zero is set.
+
+        Returns
+        -------
+        u : float
+        pixel : (float, float)
+            ``(x, y)`` px.
+        distance : float
+            From the curve to the middle of the pixel, px. None in place of all three, if no pixel is set.
+
+        Raises
+        ------
+        InputError
+            If it is no mask, or the curve is one in space.
+        """
+        from dloftbs.data.curve_distance import nearest_pixel
+
+        self._check_plane("nearest_pixel")
+        return nearest_pixel(self, check_mask(mask))
+
+    def inside(self, polygon: npt.ArrayLike) -> Spans:
+        """Return the parts of a curve in the image that lie inside of a polygon, as intervals of ``u``, ascending.
+
+        Parameters
+        ----------
+        polygon : array_like, shape (n, 2)
+            Its corners in order, three or more, px; it is closed by itself. Where it crosses itself, what is enclosed
+            an even number of times lies outside.
+
+        Raises
+        ------
+        InputError
+            If it is no polygon, or the curve is one in space.
+        """
+        from dloftbs.data.curve_inside import spans_inside
+
+        self._check_plane("inside")
+        corners = as_points("polygon", polygon, (2,))
+        if len(corners) < 3:
+            raise InputError(f"a polygon needs three corners or more, got {len(corners)}")
+        return spans_inside(self, corners)
+
+    def poses(self, us: npt.ArrayLike, towards: npt.ArrayLike = (0.0, 0.0, 1.0)) -> FloatArray:
+        """Return poses on the curve, as a gripper takes them.
+
+        In space they are SE(3): x runs along the curve, z across it, and the frame turns about the curve no more than
+        it must from one pose to the next (rotation-minimising), however the curve bends.
+
+        Parameters
+        ----------
+        us : array_like, shape (n,)
+            Shares of the length, in 0..1.
+        towards : array_like, shape (3,)
+            Direction that z is nearest to at ``u = 0``: by default the camera's line of sight, so that a gripper whose
+            z points out of its palm comes from the camera. It is carried along from there. Curves in the plane have no
+            use for it.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n, 4, 4), or (n, 3, 3) of a curve in the plane
+            Homogeneous matrices from the pose to the curve's frame. In the plane they are SE(2): x along the curve, y
+            to where a quarter of a turn leads from the image's x to its y.
+
+        Raises
+        ------
+        InputError
+            If a ``u`` is not in 0..1, or the direction is none.
+        """
+        from dloftbs.data.curve_frames import frames_in_plane, frames_in_space
+
+        at = as_vector("us", us)
+        if not ((at >= -ROUNDING) & (at <= 1.0 + ROUNDING)).all():
+            raise InputError(f"us must be in 0..1, got {shown(at.tolist())}")
+        at = np.clip(at, 0.0, 1.0)
+        if self.ndim == 2:
+            return frames_in_plane(self, at)
+        direction = as_vector("towards", towards, 3)
+        if not (size := float(np.linalg.norm(direction))) > 0.0:
+            raise InputError("towards must be a direction, got zeros")
+        return frames_in_space(self, at, direction / size)
+
+    def _check_plane(self, name: str) -> None:
+        if self.ndim != 2:
+            raise InputError(f"{name} takes a curve in the image, and this one is in space: project it first")
 
     def reversed(self) -> BSplineCurve:
         """Return the same curve run the other way: its ``u`` is this one's ``1 - u``."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Any, cast
@@ -13,6 +13,8 @@ import numpy.typing as npt
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.data.detection import Detection
+from dloftbs.data.deviation import with_hidden
+from dloftbs.data.object_shape import ObjectShape
 from dloftbs.data.u_mapping import known_in_space, to_image, to_space
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import LARGEST, FloatArray, as_points, frozen
@@ -56,7 +58,7 @@ class EndKind(str, Enum):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Track:
+class Track(ObjectShape):
     """One object through time, as it stands after one frame.
 
     Parameters
@@ -214,6 +216,37 @@ class Track:
         """
         return to_image(u_3d, *known_in_space(self.curve_3d, self.camera))
 
+    def curve_std(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the standard deviation of points of `curve`, shape (...), px: as `Detection.curve_std`.
+
+        Parts that this frame does not show are as sure as gaps of a mask that are as long.
+
+        Raises
+        ------
+        InputError
+            If a ``u`` is not on the curve, or the track holds no detection of this frame.
+        """
+        seen = self._seen()
+        return _std_on(self.curve, seen.curve, seen.curve_std, self.inferred, 0.5 * seen.width_px, u)
+
+    def curve_3d_std(self, u_3d: npt.ArrayLike) -> FloatArray:
+        """Return the standard deviation of points of `curve_3d`, shape (...), metres: as `Detection.curve_3d_std`.
+
+        Raises
+        ------
+        InputError
+            If a ``u`` is not on the curve, there is no curve in space, or the track holds no detection of this frame.
+        """
+        seen, curve = self._seen(), self._in_space()
+        if seen.curve_3d is None:
+            raise InputError(f"the detection of the track has no curve in space: {seen.no_3d_reason}")
+        return _std_on(curve, seen.curve_3d, seen.curve_3d_std, (), 0.0, u_3d)
+
+    def _seen(self) -> Detection:
+        if self.detection is None:
+            raise InputError("a track without a detection of its frame has no deviations: nothing of it was measured")
+        return self.detection
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
         return {
@@ -262,6 +295,23 @@ class Track:
             if ends is None
             else cast(Any, tuple(kind_of("an end of a track", EndKind, end) for end in list_of("ends", ends))),
         )
+
+
+def _std_on(
+    curve: BSplineCurve,
+    seen: BSplineCurve,
+    std_of: Callable[[FloatArray], FloatArray],
+    inferred: tuple[tuple[float, float], ...],
+    margin: float,
+    u: npt.ArrayLike,
+) -> FloatArray:
+    """Return the deviations (...) of a track's curve, from those of its detection's curve at the nearest places."""
+    at = curve.u_at(curve.t_at(u))
+    if curve == seen:
+        return std_of(at)
+    flat = at.ravel()
+    places = np.array([seen.nearest(point)[0] for point in curve(flat)])
+    return with_hidden(std_of(places), flat, inferred, curve.length, margin).reshape(at.shape)
 
 
 def _by_length(curve: BSplineCurve | None, values: FloatArray | None) -> FloatArray | None:

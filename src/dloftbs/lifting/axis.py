@@ -130,6 +130,8 @@ class Lifted(NamedTuple):
     radius_m : float
     depth_freedom : float
         Effective number of parameters of the depth along the object: 2 is straight.
+    noise_per_m : float
+        Mean deviation of the depth of a section from the smooth line, as 1 / depth.
     """
 
     points_m: FloatArray
@@ -137,6 +139,7 @@ class Lifted(NamedTuple):
     inferred: tuple[_Interval, ...]
     radius_m: float
     depth_freedom: float
+    noise_per_m: float
 
 
 class _Sections(NamedTuple):
@@ -265,7 +268,8 @@ def _lift_one(
             return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
     points, u, radius = surface_to_axis(rays, line, shift, seen, closed)
     inferred = _intervals(stretches.tolist(), u, closed) if len(stretches) else ()
-    return Lifted(points, u, inferred, radius, freedom)
+    off = np.abs(1.0 / surface - line)
+    return Lifted(points, u, inferred, radius, freedom, float(off[seen].mean()))
 
 
 def _surface(

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.answers import BendLimit
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
@@ -238,8 +239,19 @@ def picture_message(make: MessageFactory, header: Any, jpeg: bytes) -> Any:
     return make("sensor_msgs/msg/CompressedImage", header=header, format="jpeg", data=np.frombuffer(jpeg, np.uint8))
 
 
-def diagnostics_message(make: MessageFactory, header: Any, result: FrameResult, name: str = "dloftbs") -> Any:
-    """Return a ``diagnostic_msgs/DiagnosticArray``: a warning with the reason where nothing was found.
+def diagnostics_message(
+    make: MessageFactory, header: Any, result: FrameResult, name: str = "dloftbs", limit: BendLimit | None = None
+) -> Any:
+    """Return a ``diagnostic_msgs/DiagnosticArray``: a warning where nothing was found, or a cable bends too much.
+
+    Parameters
+    ----------
+    make : MessageFactory
+    header : std_msgs/Header
+    result : FrameResult
+    name : str
+    limit : BendLimit, optional
+        Least radius of bends; in metres, a frame without depth is a warning, too.
 
     Raises
     ------
@@ -256,11 +268,16 @@ def diagnostics_message(make: MessageFactory, header: Any, result: FrameResult, 
         **{f"{stage} ms": f"{ms:.3f}" for stage, ms in result.stage_ms.items()},
         "pipeline ms": f"{result.total_ms:.3f}",
     }
+    try:
+        bends = [] if limit is None else list(limit.violations(result))
+    except InputError as error:  # frames without depth are answered all the same
+        bends = [str(error)]
+    found = readable(result.reason) if result.reason else f"{len(result.tracks)} tracks"
     status = make(
         "diagnostic_msgs/msg/DiagnosticStatus",
-        level=_OK if result.reason is None else _WARN,
+        level=_OK if result.reason is None and not bends else _WARN,
         name=name,
-        message=readable(result.reason) if result.reason else f"{len(result.tracks)} tracks",
+        message="; ".join((found, *bends)),
         values=[make("diagnostic_msgs/msg/KeyValue", key=key, value=value) for key, value in values.items()],
     )
     return make("diagnostic_msgs/msg/DiagnosticArray", header=header, status=[status])

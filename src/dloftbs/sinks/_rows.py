@@ -12,6 +12,7 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track
 from dloftbs.support.arrays import FloatArray
 
 NO_TRACK = 0
@@ -31,6 +32,7 @@ class ObjectRow:
     curve_3d: BSplineCurve | None
     detection: Detection | None
     camera: PinholeCamera | None
+    source: Detection | Track
 
     @property
     def name(self) -> int:
@@ -43,10 +45,10 @@ def object_rows(result: FrameResult) -> Iterator[ObjectRow]:
     for track in result.tracks:
         place = result._place_of(track)[0]
         number, state = NO_DETECTION if place is None else place, track.state.value
-        yield ObjectRow(track.id, number, state, track.curve, track.curve_3d, track.detection, track.camera)
+        yield ObjectRow(track.id, number, state, track.curve, track.curve_3d, track.detection, track.camera, track)
     if not result.tracks:
         for number, found in enumerate(result.detections):
-            yield ObjectRow(NO_TRACK, number, "", found.curve, found.curve_3d, found, found.camera)
+            yield ObjectRow(NO_TRACK, number, "", found.curve, found.curve_3d, found, found.camera, found)
 
 
 def inside(u: FloatArray, spans: Sequence[tuple[float, float]]) -> npt.NDArray[np.bool_]:

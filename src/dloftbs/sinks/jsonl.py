@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from dloftbs.data.answers import check_kinds, with_answers
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SourceError
@@ -29,19 +30,24 @@ class JsonLinesSink(PathSink):
     ----------
     path : str or Path
         The file; missing folders are made, an older file is replaced.
+    answers : sequence of str
+        Answers that each line has besides: ``"topology"``, ``"shape"``, ``"std"``; see `data.answers.with_answers`.
 
     Raises
     ------
+    InputError
+        If there is no such answer.
     SinkError
         If the file cannot be opened.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, answers: Sequence[str] = ()) -> None:
         super().__init__(path)
+        self._answers = check_kinds(answers)
         self._file = AppendFile(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
-        self._file.append(encode_line(result.to_dict()))
+        self._file.append(encode_line(with_answers(result, self._answers)))
 
     def _close(self) -> None:
         self._file.close()

@@ -20,6 +20,7 @@ from dloftbs.sinks._rows import ObjectRow, inside, object_rows
 from dloftbs.sinks.sink import PathSink
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.safe_files import AppendFile
+from dloftbs.support.values import check_flag
 
 _OF_POINTS = {
     "i": "d",
@@ -39,6 +40,9 @@ _OF_POINTS = {
     "tangent_z_3d": ".6f",
 }
 """Columns of points, and how they are written."""
+
+_OF_BENDS = {"bend_radius_px": ".3f", "bend_radius_m": ".6f"}
+"""Columns that are written on request, and how."""
 
 _OF_OBJECTS = ("frame", "stamp", "object", "state")
 HEADER = ",".join((*_OF_OBJECTS, *_OF_POINTS)) + "\n"
@@ -65,6 +69,9 @@ class CsvSink(PathSink):
         The file; missing folders are made, an older file is replaced.
     samples : int
         Points per object, at least 2.
+    bends : bool
+        Whether to write two columns more, the radius of the bend at each point: ``bend_radius_px`` in the image, and
+        ``bend_radius_m`` in space, empty without a curve there; ``inf`` where it is straight.
 
     Raises
     ------
@@ -74,19 +81,22 @@ class CsvSink(PathSink):
         If the file cannot be opened or written.
     """
 
-    def __init__(self, path: str | Path, samples: int = 100) -> None:
+    def __init__(self, path: str | Path, samples: int = 100, *, bends: bool = False) -> None:
         super().__init__(path)
         self._u = _even(samples)
+        self._bends = check_flag("bends", bends)
         self._file = AppendFile(self._path)
         try:
-            self._file.append(HEADER.encode())
+            self._file.append((HEADER.replace("\n", f",{','.join(_OF_BENDS)}\n") if bends else HEADER).encode())
         except BaseException:
             self._file.close()
             raise
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         stamp = "" if result.stamp is None else repr(float(result.stamp))
-        rows = "".join(_object_text(f"{result.index},{stamp}", row, self._u) for row in object_rows(result))
+        rows = "".join(
+            _object_text(f"{result.index},{stamp}", row, self._u, self._bends) for row in object_rows(result)
+        )
         self._file.append(rows.encode())
 
     def _close(self) -> None:
@@ -118,10 +128,11 @@ def _even(samples: int) -> FloatArray:
     return np.linspace(0.0, 1.0, samples)
 
 
-def _object_text(moment: str, row: ObjectRow, u: FloatArray) -> str:
+def _object_text(moment: str, row: ObjectRow, u: FloatArray, bends: bool) -> str:
     start = f"{moment},{row.name},{row.state}"
-    points = _points(row, u)
-    columns = [[_text(value, form) for value in points[name].tolist()] for name, form in _OF_POINTS.items()]
+    points = _points(row, u) | (_bends(row, u) if bends else {})
+    forms = _OF_POINTS | (_OF_BENDS if bends else {})
+    columns = [[_text(value, form) for value in points[name].tolist()] for name, form in forms.items()]
     return "".join([f"{start},{','.join(line)}\n" for line in zip(*columns, strict=True)])
 
 
@@ -141,6 +152,14 @@ def _points(row: ObjectRow, u: FloatArray) -> dict[str, npt.NDArray[Any]]:
     inferred_3d = _inferred(None if row.detection is None else row.detection.inferred_3d, at)
     in_space = (at, *row.curve_3d(at).T, inferred_3d)
     return dict(zip(_OF_POINTS, (*in_image, *in_space, *tangents.T, *row.curve_3d.tangent(at).T), strict=True))
+
+
+def _bends(row: ObjectRow, u: FloatArray) -> dict[str, npt.NDArray[Any]]:
+    """Return the radii of the bends at `u` (n,) of an object; NaN in space where it has no curve there."""
+    one = row.source
+    nothing = np.full(len(u), np.nan)
+    in_space = nothing if row.curve_3d is None else one.bend_radius_3d(_u_in_space(row, row.curve_3d, u))
+    return dict(zip(_OF_BENDS, (one.bend_radius(u), in_space), strict=True))
 
 
 def _u_in_space(row: ObjectRow, curve_3d: BSplineCurve, u: FloatArray) -> FloatArray:

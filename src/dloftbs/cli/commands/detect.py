@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.answer_options import Answers, answer_options
 from dloftbs.cli.limits import MAX_JOBS, FilledPath
 from dloftbs.cli.options import (
     STANDARD_OUTPUT,
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 @click.option(
     "--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Threads; as many as there are cores."
 )
+@answer_options
 @input_options
 @config_options
 @click.pass_context
@@ -62,6 +64,7 @@ def detect(
     limit: int | None,
     every: int,
     jobs: int | None,
+    answers: Answers,
     inputs: InputOptions,
     config: Config,
 ) -> None:
@@ -92,6 +95,7 @@ def detect(
 
     if not outs and overlay is None and stages is None:
         outs = (STANDARD_OUTPUT,)
+    answers.check(outs)
     pictures = {"--overlay": overlay, "--stages": stages}
     outputs = plan_outputs(outs, pictures, InputFiles(where, context.params), config, is_one=limit == 1)
     own = Own()
@@ -100,12 +104,15 @@ def detect(
     report = RunReport(tracked=False)
     with (
         Ahead(batch.frames(limit)) as read,
-        open_outputs(outputs.data, *open_all_pictures(outputs.pictures, own.pipeline)) as sink,
+        open_outputs(
+            outputs.data, *open_all_pictures(outputs.pictures, own.pipeline, answers=answers), answers=answers
+        ) as sink,
         open_progress(shares_terminal=prints_to_terminal(outs)) as progress,
     ):
         write_config(outputs.config_file, config)
         with closing(in_order(lambda frame: (frame, own.pipeline.detect(frame)), read, jobs)) as found:
             for frame, result in found:
+                answers.warn(result)
                 sink.write(frame, result)
                 report.length, report.skipped = batch.length(limit), batch.failures
                 report.add(result)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.answer_options import Answers, answer_options
 from dloftbs.cli.commands.track import open_page, open_sink
 from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.options import (
@@ -75,6 +76,7 @@ if TYPE_CHECKING:
 @click.option(
     "--view", is_flag=True, help="Show the left view's curves live on a page; a recording waits until it is open."
 )
+@answer_options
 @input_options
 @config_options
 @page_options
@@ -96,6 +98,7 @@ def stereo(
     every: int,
     fps: float | None,
     view: bool,
+    answers: Answers,
     inputs: InputOptions,
     config: Config,
     page: PageOptions,
@@ -133,6 +136,7 @@ def stereo(
         outs = (STANDARD_OUTPUT,)
     if with_input and not any(is_recording(path) for path in outs):
         raise click.UsageError("--with-input goes with --out NAME.mcap or --out FOLDER/")
+    answers.check(outs)
     rig = CameraRig.from_file(*map(Path, rig_files), rectified=rectified)
     beside = [path for path in (*rig_files, right_masks) if path is not None]
     files = InputFiles((*where, *beside), context.params)
@@ -150,13 +154,14 @@ def stereo(
     try:
         with ExitStack() as stack:
             stack.enter_context(run)
-            sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs))
+            sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs, answers))
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
             show = open_page(stack, run.source, config, page, stop) if view else None
 
             def write(frame: Frame, result: FrameResult) -> None:
+                answers.warn(result)
                 sink.write(frame, result)
                 if show is not None:
                     show(frame, result)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.answer_options import Answers, answer_options
 from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.options import (
     STANDARD_OUTPUT,
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
 @click.option(
     "--view", is_flag=True, help="Show the curves live on a page while tracking; a recording waits until it is open."
 )
+@answer_options
 @input_options
 @robot_options
 @config_options
@@ -70,6 +72,7 @@ def track(
     every: int,
     fps: float | None,
     view: bool,
+    answers: Answers,
     inputs: InputOptions,
     config: Config,
     page: PageOptions,
@@ -105,6 +108,7 @@ def track(
         outs = (STANDARD_OUTPUT,)
     if with_input and not any(is_recording(path) for path in outs):
         raise click.UsageError("--with-input goes with --out NAME.mcap or --out FOLDER/")
+    answers.check(outs)
     pictures = {"--overlay": overlay, "--stages": stages}
     outputs = plan_outputs(outs, pictures, InputFiles(where, context.params), config, is_one=limit == 1)
     run = StreamRun(
@@ -115,13 +119,14 @@ def track(
     try:
         with ExitStack() as stack:
             stack.enter_context(run)
-            sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs))
+            sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs, answers))
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
             show = open_page(stack, run.source, config, page, stop) if view else None
 
             def write(frame: Frame, result: FrameResult) -> None:
+                answers.warn(result)
                 sink.write(frame, result)
                 if show is not None:
                     show(frame, result)
@@ -151,11 +156,18 @@ def open_page(
     return feed.publish
 
 
-def open_sink(outputs: Outputs, fps: float | None, config: Config, with_input: bool, inputs: InputOptions) -> Sink:
+def open_sink(
+    outputs: Outputs,
+    fps: float | None,
+    config: Config,
+    with_input: bool,
+    inputs: InputOptions,
+    answers: Answers,
+) -> Sink:
     """Open all outputs as one sink."""
     from dloftbs.cli.outputs import open_all_pictures, open_outputs
     from dloftbs.pipeline import Pipeline
 
     # Another pipeline, since what is drawn is drawn in another thread.
-    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0)
-    return open_outputs(outputs.data, *drawn, with_input=with_input, pose=inputs.pose)
+    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0, answers=answers)
+    return open_outputs(outputs.data, *drawn, with_input=with_input, pose=inputs.pose, answers=answers)

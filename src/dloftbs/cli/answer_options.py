@@ -1,0 +1,118 @@
+"""Options that ask for more than the curves: bends below a radius, topology, shape and deviations."""
+
+from __future__ import annotations
+
+import functools
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dloftbs.cli.options import STANDARD_OUTPUT, Command
+from dloftbs.errors import InputError
+
+if TYPE_CHECKING:
+    from dloftbs.data.answers import BendLimit
+    from dloftbs.data.frame import Frame
+    from dloftbs.data.frame_result import FrameResult
+    from dloftbs.viz.shapes import Picture
+
+logger = logging.getLogger("dloftbs.cli")
+_LINES = (".jsonl", ".ndjson")
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Answers that a command was asked for: names, and the least radius of bends."""
+
+    kinds: tuple[str, ...] = ()
+    limit: BendLimit | None = None
+
+    def check(self, outs: Sequence[str]) -> None:
+        """Raise a usage error if nothing is written that could hold the answers."""
+        if self.kinds and not any(out == STANDARD_OUTPUT or Path(out).suffix.lower() in _LINES for out in outs):
+            raise click.UsageError("--with goes with JSON lines: --out NAME.jsonl or --out -")
+
+    def warn(self, result: FrameResult) -> None:
+        """Warn of each object of a frame that bends more than it may.
+
+        Raises
+        ------
+        InputError
+            If that cannot be known, since there is no depth.
+        """
+        if self.limit is not None:
+            for line in self.limit.violations(result):
+                logger.warning("frame %d: %s", result.index, line)
+
+    @property
+    def draw(self) -> Callable[[Frame, FrameResult], Picture] | None:
+        """What draws overlays with the answers in them, or None where there are none to draw."""
+        if self.limit is None and "std" not in self.kinds:
+            return None
+        return self._draw
+
+    def _draw(self, frame: Frame, result: FrameResult) -> Picture:
+        from dloftbs import viz
+        from dloftbs.viz.answer_marks import mark_bends, mark_deviations
+
+        picture = viz.draw(frame, result)
+        if "std" in self.kinds:
+            mark_deviations(picture, result)
+        if self.limit is not None:
+            mark_bends(picture, result, self.limit)
+        return picture
+
+
+NO_ANSWERS = Answers()
+
+
+def answer_options(command: Command) -> Command:
+    """Add ``--with`` and ``--min-bend-radius``; the command gets them as `answers`, an `Answers`."""
+
+    @click.option(
+        "--with",
+        "answer_kinds",
+        metavar="topology,shape,std",
+        callback=_parse_kinds,
+        help="Answers to add to JSON lines, after commas: knots and crossings (topology), tightest bend and lengths "
+        "(shape), the standard deviation along each curve (std), which overlays draw as a band.",
+    )
+    @click.option(
+        "--min-bend-radius",
+        "bend_limit",
+        metavar="METRES|Npx",
+        callback=_parse_limit,
+        help="Warn where a cable bends more than this, in metres where there is depth, or in pixels, as in 40px; "
+        "overlays show the place, and a .csv has the radii.",
+    )
+    @functools.wraps(command)
+    def with_answers(*args: Any, answer_kinds: tuple[str, ...], bend_limit: BendLimit | None, **kwargs: Any) -> None:
+        command(*args, answers=Answers(answer_kinds, bend_limit), **kwargs)
+
+    return with_answers
+
+
+def _parse_kinds(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
+    if text is None:
+        return ()
+    from dloftbs.data.answers import check_kinds
+
+    try:
+        return check_kinds([kind.strip() for kind in text.split(",")])
+    except InputError as error:
+        raise click.BadParameter(str(error), context, parameter) from error
+
+
+def _parse_limit(context: click.Context, parameter: click.Parameter, text: str | None) -> BendLimit | None:
+    if text is None:
+        return None
+    from dloftbs.data.answers import BendLimit
+
+    try:
+        return BendLimit.parse(text)
+    except InputError as error:
+        raise click.BadParameter(str(error), context, parameter) from error

@@ -1,0 +1,139 @@
+"""Answers on the shape of an object with a width, which detections and tracks have in common."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_bends import WIDTHS_PER_WAVE, wave_of_knots
+from dloftbs.errors import InputError
+from dloftbs.support.arrays import FloatArray
+
+_TOUCH_PX = 1.0
+"""Distance between two edges up to which objects touch in the image, px.
+
+Source: by definition; pixels side by side.
+"""
+
+
+_SAMPLES = 100
+"""Number of points of a curve that its depth is the median of.
+
+Source: numerics.
+"""
+
+
+class ObjectShape:
+    """Base of `Detection` and `Track`: what is asked of an object is computed then, and not before."""
+
+    curve: BSplineCurve
+    curve_3d: BSplineCurve | None
+    camera: PinholeCamera | None
+
+    @property
+    def width_m(self) -> float | None:
+        """Width of the object in space: that in the image at the middle of its depths; None where it is not known."""
+        width = self._known_width()
+        if width is None or self.curve_3d is None or self.camera is None:
+            return None
+        depth = float(np.median(self.curve_3d.sample(_SAMPLES)[:, 2]))
+        return width * depth / math.sqrt(self.camera.fx * self.camera.fy)
+
+    def bend_radius(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the radius of the bend of `curve`, shape (...), px; waves too short for its width are noise.
+
+        Parameters
+        ----------
+        u : array_like, shape (...)
+
+        Raises
+        ------
+        InputError
+            If a ``u`` is not on the curve.
+        """
+        return self.curve.bend_radius(u, _wave(self.curve, self._known_width()))
+
+    def tightest_bend(self) -> tuple[float, float]:
+        """Return the ``u`` of `curve` where it bends most, and the radius there, px; noise is left out as above."""
+        return self.curve.tightest_bend(_wave(self.curve, self._known_width()))
+
+    def bend_radius_3d(self, u_3d: npt.ArrayLike) -> FloatArray:
+        """Return the radius of the bend of `curve_3d`, shape (...), metres; as `bend_radius`.
+
+        Raises
+        ------
+        InputError
+            If a ``u`` is not on the curve, or there is no curve in space.
+        """
+        curve = self._in_space()
+        return curve.bend_radius(u_3d, _wave(curve, self.width_m))
+
+    def tightest_bend_3d(self) -> tuple[float, float]:
+        """Return the ``u`` of `curve_3d` where it bends most, and the radius there, metres.
+
+        Raises
+        ------
+        InputError
+            If there is no curve in space.
+        """
+        curve = self._in_space()
+        return curve.tightest_bend(_wave(curve, self.width_m))
+
+    def touches(self, other: ObjectShape) -> bool:
+        """Return whether this object and another one touch.
+
+        In space where both have curves and widths there: their axes are no farther apart than their radii together, and
+        the deviations of both there. Else in the image, where one that lies across another one touches it, too.
+
+        Raises
+        ------
+        InputError
+            If the other one is no detection or track, or a width is not known.
+        """
+        if not isinstance(other, ObjectShape):
+            raise InputError(f"other must be a Detection or a Track, got {type(other).__name__}")
+        widths_m = self.width_m, other.width_m
+        if widths_m[0] is not None and widths_m[1] is not None:
+            u, u_other, apart = self._in_space().distance(other._in_space())
+            unsure = float(np.hypot(self._std_or_none(u), other._std_or_none(u_other)))
+            return apart <= 0.5 * (widths_m[0] + widths_m[1]) + unsure
+        widths = self._known_width(), other._known_width()
+        if widths[0] is None or widths[1] is None:
+            raise InputError("whether objects touch is known by their widths, and one has none")
+        return self.curve.distance(other.curve)[2] <= 0.5 * (widths[0] + widths[1]) + _TOUCH_PX
+
+    def curve_std(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the standard deviation of points of `curve` across it; see the classes."""
+        raise NotImplementedError
+
+    def curve_3d_std(self, u_3d: npt.ArrayLike) -> FloatArray:
+        """Return the standard deviation of points of `curve_3d` across it; see the classes."""
+        raise NotImplementedError
+
+    def _known_width(self) -> float | None:
+        """Return the width in the image, px, which classes have as a field or as a property."""
+        width: Any = getattr(self, "width_px", None)
+        return None if width is None else float(width)
+
+    def _in_space(self) -> BSplineCurve:
+        if self.curve_3d is None:
+            reason = getattr(self, "no_3d_reason", None)
+            raise InputError("there is no curve in space" + (f": {reason}" if reason else ""))
+        return self.curve_3d
+
+    def _std_or_none(self, u_3d: float) -> float:
+        """Return the deviation in space at a place, 0 where it is not known."""
+        try:
+            return float(self.curve_3d_std(u_3d))
+        except InputError:
+            return 0.0
+
+
+def _wave(curve: BSplineCurve, width: float | None) -> float:
+    """Return the length of the shortest waves of a curve that are no noise."""
+    return max(wave_of_knots(curve), 0.0 if width is None else WIDTHS_PER_WAVE * width)
