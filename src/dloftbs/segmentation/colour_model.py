@@ -79,7 +79,7 @@ Source: numerics; logarithms stay finite.
 """
 
 
-class ColourModel(ColourTable):
+class ColourModel:
     """A callable ``image -> mask``: a pixel is cable where it looks like what lies beneath the strokes.
 
     Where the colour finds the cables beneath the strokes across their whole width, it alone decides, at the speed of a
@@ -115,17 +115,23 @@ class ColourModel(ColourTable):
         pixels = [PixelSample.from_text(picture.pixels) for picture in config.pictures if picture.pixels]
         log_ratio = log_colours.at_cells(_log_ratio(samples))
         cells = _is_cable(log_ratio, samples, accept=config.accept_strokes)
-        super().__init__(_colour_bits(cells))
+        self._table = ColourTable(_colour_bits(cells))
         self._by_colour = _probability(log_ratio, cells)
+        self._log_ratio = log_ratio - _PRIOR_LOG_ODDS
         self._shares = [sample.shares_in(cells) for sample in pixels]
         self._pixels: PixelClassifier | None = None
         if pixels and not config.accept_strokes and not self._colour_will_do():
-            self._pixels = PixelClassifier(pixels, log_ratio - _PRIOR_LOG_ODDS)
+            self._pixels = PixelClassifier(pixels, self._log_ratio)
 
     @property
     def by_colour_alone(self) -> bool:
         """True if the colour of each pixel decides, and nothing else of the image."""
         return self._pixels is None
+
+    @property
+    def classifier(self) -> PixelClassifier | None:
+        """The classifier of pixels that decides, or None."""
+        return self._pixels
 
     def _colour_will_do(self) -> bool:
         """Return whether the colour finds the cables beneath the strokes, and not the ground beside them."""
@@ -151,7 +157,7 @@ class ColourModel(ColourTable):
             If it is no such image.
         """
         if self._pixels is None:
-            return super().__call__(image).view(np.bool_)
+            return self._table(image).view(np.bool_)
         return np.asarray(self.probability(image) >= 0.5)
 
     def probability(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
@@ -166,6 +172,10 @@ class ColourModel(ColourTable):
         if self._pixels is None or 0 in image.shape:
             return np.asarray(self._by_colour[log_colours.cells_of(image)], np.float32)
         return self._pixels(image)
+
+    def colour_log_odds(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+        """Return the log-odds that the colour of each pixel (H, W, 3) is a cable's, where both are as frequent."""
+        return np.asarray(self._log_ratio.ravel()[log_colours.cells_of(check_image(image))])
 
     @classmethod
     def fit(cls, image: npt.ArrayLike, strokes: Iterable[Stroke], source: str = "") -> ColourModel:

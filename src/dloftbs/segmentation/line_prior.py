@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -17,6 +18,17 @@ _SIDES = 5, 13, 33
 
 Source: by definition; cables fill most, a third and an eighth of them.
 """
+
+
+class PixelMaps(NamedTuple):
+    """Probabilities of cable, of 255, by all features and by the colour alone, shape (H, W), uint8.
+
+    Cables are 8 px wide. `pixels` are the flat numbers (n,) of those that may be cable.
+    """
+
+    own: npt.NDArray[np.uint8]
+    colour: npt.NDArray[np.uint8]
+    pixels: npt.NDArray[np.int64]
 
 
 class LinePrior:
@@ -39,33 +51,25 @@ class LinePrior:
         """Return the one that `python -m benchmarks.fit_strokes` made."""
         return cls(Trees.from_text(TREES), START)
 
-    def __call__(
-        self, probability: npt.NDArray[np.uint8], colour: npt.NDArray[np.uint8]
-    ) -> npt.NDArray[np.float32]:
-        """Return the probability of cable at each pixel of the maps, as `line_features` takes them, shape (H, W)."""
-        pixels = np.arange(probability.size)
-        log_odds = self._trees.sums(line_features(probability, colour, pixels), self._start)
-        return np.asarray(1.0 / (1.0 + np.exp(-log_odds)), np.float32).reshape(probability.shape)
+    def __call__(self, maps: PixelMaps) -> npt.NDArray[np.float32]:
+        """Return the probability of cable at each pixel of the maps, shape (H, W); 0 where they list none."""
+        log_odds = self._trees.sums(line_features(maps, maps.pixels), self._start)
+        found = np.zeros(maps.own.shape, np.float32)
+        found.ravel()[maps.pixels] = 1.0 / (1.0 + np.exp(-log_odds))
+        return found
 
 
-def line_features(
-    probability: npt.NDArray[np.uint8], colour: npt.NDArray[np.uint8], pixels: npt.NDArray[np.int64]
-) -> npt.NDArray[np.uint8]:
-    """Return what two maps show at listed pixels and around them, shape (n, f).
-
-    Parameters
-    ----------
-    probability, colour : numpy.ndarray, shape (H, W), uint8
-        Of cable by all features, and by the colour alone, of 255; cables are 8 px wide.
-    pixels : numpy.ndarray, shape (n,), int64
-        Flat numbers.
-    """
-    height, width = probability.shape
+def line_features(maps: PixelMaps, pixels: npt.NDArray[np.int64]) -> npt.NDArray[np.uint8]:
+    """Return what maps show at some pixels, as flat numbers (n,), and around them, shape (n, f)."""
+    height, width = maps.own.shape
     half = (width + 1) // 2, (height + 1) // 2
     low = (pixels // width // 2) * half[0] + pixels % width // 2
-    some, which = np.unique(low, return_inverse=True)
+    is_needed = np.zeros(half[0] * half[1], np.bool_)
+    is_needed[low] = True
+    some = np.flatnonzero(is_needed)
+    which = (np.cumsum(is_needed) - 1)[low]
     columns = []
-    for plane in (probability, colour):
+    for plane in (maps.own, maps.colour):
         small = cv2.resize(plane, half, interpolation=cv2.INTER_AREA)
         lines = np.empty((len(some), kernels.COUNT), np.uint8)
         kernels.lines_at(small, some, lines)

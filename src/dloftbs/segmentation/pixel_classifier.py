@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.segmentation import canonical, log_colours
-from dloftbs.segmentation.line_prior import LinePrior
+from dloftbs.segmentation.line_prior import LinePrior, PixelMaps
 from dloftbs.segmentation.pixel_samples import PixelSample
 from dloftbs.segmentation.trees import Trees
 
@@ -28,6 +28,13 @@ _WEIGHTS = 1.0, _BESIDE, _BESIDE, 1.0
 """Weight of each kind of samples.
 
 Source: derived: cables and the rest weigh alike.
+"""
+
+
+_REJECTED = 0.01
+"""Share of the samples of cables that the colour alone may reject.
+
+Source: bounds time; as many pixels of a cable are gaps of a pixel, which the neighbours close.
 """
 
 
@@ -50,17 +57,23 @@ class PixelClassifier:
         self._trees = Trees.grown(np.concatenate(kinds), np.repeat(_IS_CABLE, counts), np.repeat(weights, counts))
         self._by_colour = np.rint(255.0 / (1.0 + np.exp(-log_ratio.ravel()))).astype(np.uint8)
         self._prior = LinePrior.fitted()
+        drawn = np.concatenate([sample.cells_of_cables() for sample in samples])
+        self._least = max(1, int(np.quantile(self._by_colour[drawn], _REJECTED)))
 
-    def maps(self, image: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
-        """Return the probabilities, of 255, of the pixels of a resized image by all features and by the colour alone,
-        shape (h, w) each; cables are `canonical.WIDTH_PX` wide there.
+    def maps(self, image: npt.NDArray[np.uint8]) -> PixelMaps:
+        """Return the probabilities of the pixels of a resized image; cables are `canonical.WIDTH_PX` wide there.
+
+        Pixels whose colour, and that of whose neighbours, is no cable's have probability 0, and cost nothing.
         """
         small = canonical.resized(image, self.width_px)
-        pixels = np.arange(small.shape[0] * small.shape[1])
-        own = self._trees.sums(canonical.features_of(small, pixels))
-        return np.rint(255.0 * own).astype(np.uint8).reshape(small.shape[:2]), self._by_colour[log_colours.cells_of(small)]
+        colour = self._by_colour[log_colours.cells_of(small)]
+        maybe = cv2.dilate((colour >= self._least).view(np.uint8), np.ones((3, 3), np.uint8))
+        pixels = np.flatnonzero(maybe)
+        own = np.zeros(colour.shape, np.uint8)
+        own.ravel()[pixels] = np.rint(255.0 * self._trees.sums(canonical.features_of(small, pixels)))
+        return PixelMaps(own, colour, pixels)
 
     def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
         """Return the probability that each pixel of an image (H, W, 3) is cable, shape (H, W)."""
-        whole = self._prior(*self.maps(image))
+        whole = self._prior(self.maps(image))
         return np.asarray(cv2.resize(whole, image.shape[1::-1], interpolation=cv2.INTER_LINEAR), np.float32)

@@ -88,13 +88,14 @@ class PixelSample:
             kinds.append(canonical.features_of(small, pixels[np.sort(some)]))
         return cls(found.width_px, tuple(kinds))
 
+    def cells_of_cables(self) -> npt.NDArray[np.int32]:
+        """Return the flat number of the cell of colours of each sample on a cable, shape (n,)."""
+        return _cells(self.kinds[0])
+
     def shares_in(self, cells: npt.NDArray[np.bool_]) -> tuple[float, float]:
         """Return the shares of the samples on cables and beside them whose colour is in cells (64, 64, 64)."""
-        found = []
-        for kind in (self.kinds[0], self.kinds[2]):
-            image = cv2.cvtColor(kind[None, :, :3], cv2.COLOR_LAB2BGR) if len(kind) else np.zeros((1, 0, 3), np.uint8)
-            found.append(float(cells.ravel()[log_colours.cells_of(image)].sum() / max(len(kind), 1)))
-        return found[0], found[1]
+        cable, beside = (cells.ravel()[_cells(kind)] for kind in (self.kinds[0], self.kinds[2]))
+        return float(cable.sum() / max(cable.size, 1)), float(beside.sum() / max(beside.size, 1))
 
     def to_text(self) -> str:
         """Return the samples as text that `from_text` reads."""
@@ -125,6 +126,14 @@ class PixelSample:
             kinds.append(np.ascontiguousarray(part.T))
             at += COUNT * count
         return cls(width_px, tuple(kinds))
+
+
+def _cells(kind: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
+    """Return the cells of the colours of samples, shape (n,): their first three features are the colour."""
+    if not len(kind):
+        return np.zeros(0, np.int32)
+    lab = np.ascontiguousarray(kind[None, :, :3])
+    return log_colours.cells_of(np.asarray(cv2.cvtColor(lab, cv2.COLOR_LAB2BGR), np.uint8)[0])
 
 
 _START = struct.calcsize(_HEAD)

@@ -48,13 +48,13 @@ class Trees:
     ) -> Trees:
         """Grow trees whose sum is the probability of cable, from samples (n, f)."""
         most = _TREES * (2 * max(1, len(features) // _LEAST) + 1)
-        parts: list[npt.NDArray[Any]] = [np.zeros(most, kind) for kind in (np.int16, np.uint8, np.int32, np.float32)]
+        feature, threshold = np.zeros(most, np.int16), np.zeros(most, np.uint8)
+        other, value = np.zeros(most, np.int32), np.zeros(most, np.float32)
         roots = np.zeros(_TREES, np.int32)
         seed = np.zeros(1, np.uint64)
-        count = kernels.grow(
-            np.ascontiguousarray(features), is_cable, weights, seed, _TRIES, _LEAST, *parts, roots
-        )
-        return cls(*(part[:count].copy() for part in parts), roots)
+        features = np.ascontiguousarray(features)
+        count = kernels.grow(features, is_cable, weights, seed, _TRIES, _LEAST, feature, threshold, other, value, roots)
+        return cls(feature[:count].copy(), threshold[:count].copy(), other[:count].copy(), value[:count].copy(), roots)
 
     def sums(self, features: npt.NDArray[np.uint8], start: float = 0.0) -> npt.NDArray[np.float32]:
         """Return the sum of the leaves that each row of features (n, f) comes to, and of a start, shape (n,)."""
@@ -80,7 +80,8 @@ class Trees:
         """Read what `to_text` wrote."""
         packed = zlib.decompress(base64.b64decode(text))
         nodes, trees = (int(number) for number in np.frombuffer(packed, "<u4", 2))
-        at, parts = 8, []
+        at = 8
+        parts: list[npt.NDArray[Any]] = []
         for kind, count in (("<i2", nodes), ("u1", nodes), ("<i4", nodes), ("<f4", nodes), ("<i4", trees)):
             part = np.frombuffer(packed, kind, count, at)
             parts.append(part.astype(part.dtype.newbyteorder("=")))

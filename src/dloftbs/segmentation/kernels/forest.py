@@ -21,7 +21,7 @@ Source: Steele, Lea and Flood 2014, SplitMix64.
 
 
 @inlined
-def _draw(state: npt.NDArray[np.uint64], below: int) -> np.int64:
+def _draw(state: npt.NDArray[np.uint64], below: np.int64) -> np.int64:
     """Return a random integer in 0..below - 1."""
     state[0] += np.uint64(_NEXT[0])
     mixed = state[0]
@@ -96,13 +96,14 @@ def grow(
             for k in range(begin, end):
                 total += weights[order[k]]
                 cable += weights[order[k]] * is_cable[order[k]]
-            best, chosen, at = _gain(cable, total) * (1.0 + 1e-9), LEAF, 0
+            best, chosen, at = _gain(cable, total) * (1.0 + 1e-9), np.int64(LEAF), np.int64(0)
             if end - begin >= 2 * least:
                 for _ in range(tries):
-                    kind = _draw(state, kinds)
-                    low, high = 255, 0
+                    kind = _draw(state, np.int64(kinds))
+                    low, high = np.int64(255), np.int64(0)
                     for k in range(begin, end):
-                        low, high = min(low, features[order[k], kind]), max(high, features[order[k], kind])
+                        byte = np.int64(features[order[k], kind])
+                        low, high = min(low, byte), max(high, byte)
                     if low >= high:
                         continue
                     limit = low + _draw(state, high - low)

@@ -44,8 +44,10 @@ def _at(plane: npt.NDArray[np.uint8], row: float, column: float) -> int:
 
 @kernel(read(uint8, 2), read(int64, 1), write(uint8, 2))
 def lines_at(plane: npt.NDArray[np.uint8], pixels: npt.NDArray[np.int64], features: npt.NDArray[np.uint8]) -> None:
-    """Write the features of listed pixels: for each length the greatest and the least mean along a line, the greatest
-    by which a line stands out from both sides, and by how much the first one stands out from its lower side.
+    """Write the features of listed pixels, four for each length of lines.
+
+    They are the greatest and the least mean along a line, the greatest difference of a line from both its sides, and
+    the difference of the first line from its lower side.
 
     Parameters
     ----------
