@@ -54,7 +54,7 @@ def main() -> None:
 def score(picture: Picture, rng: Rng) -> list[tuple[float, ...]]:
     """Return the IoU, the recall, whether the number is right and whether the colour decides alone, a row a round."""
     drawn = strokes.short_strokes(picture, rng)
-    rows = []
+    rows: list[tuple[float, ...]] = []
     for _ in range(2):
         model = ColourModel.fit(picture.image, drawn)
         mask, true = model(picture.image), picture.labels > 0

@@ -11,7 +11,7 @@ from dloftbs.segmentation.kernels import pixel_features as kernels
 WIDTH_PX = 8.0
 """Width of cables in the image that is looked at, px.
 
-Source: by hand; twice as wide gains 0.003 of IoU, and takes four times as long.
+Source: bounds time; at twice the width, IoU on 27 photographs differs by less than 0.01.
 """
 _MAX_SCALE = 2.0
 """Most that an image is enlarged.

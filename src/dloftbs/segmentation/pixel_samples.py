@@ -25,7 +25,7 @@ from dloftbs.support.values import shown
 _MOST = 1200, 400, 400, 1600
 """Most samples of cables, of strokes on ground, of the ground beside cables, and of the rest of a picture.
 
-Source: bounds memory; a picture takes some 60 kB of text, and twice as many samples gain 0.005 of IoU.
+Source: bounds memory; a picture takes up to 60 kB of text.
 """
 _HEAD = "<d4I"
 

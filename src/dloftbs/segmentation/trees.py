@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from dloftbs.segmentation.kernels import forest as kernels
 _TREES = 40
 """Number of trees that are grown.
 
-Source: bounds time; 60 gain 0.002 of IoU.
+Source: bounds time; 60 of scikit-learn are no more accurate.
 """
 _TRIES = 6
 """Splits that are tried at a node.
@@ -56,10 +56,16 @@ class Trees:
         count = kernels.grow(features, is_cable, weights, seed, _TRIES, _LEAST, feature, threshold, other, value, roots)
         return cls(feature[:count].copy(), threshold[:count].copy(), other[:count].copy(), value[:count].copy(), roots)
 
+    def split(self, count: int) -> tuple[Trees, Trees]:
+        """Return the first trees and the others."""
+        return replace(self, roots=self.roots[:count]), replace(self, roots=self.roots[count:])
+
     def sums(self, features: npt.NDArray[np.uint8], start: float = 0.0) -> npt.NDArray[np.float32]:
         """Return the sum of the leaves that each row of features (n, f) comes to, and of a start, shape (n,)."""
         sums = np.full(len(features), start, np.float32)
-        kernels.add_up(features, self.feature, self.threshold, self.other, self.value, self.roots, sums)
+        kernels.add_up(
+            np.ascontiguousarray(features), self.feature, self.threshold, self.other, self.value, self.roots, sums
+        )
         return sums
 
     def to_text(self) -> str:
