@@ -57,6 +57,11 @@ than the rest of it may be ground beside them.
 
 Source: fitted by `benchmarks.fit_strokes`: mBEST's photographs have more, photographs where other features help less.
 """
+_WHOLE_SAMPLES = 2
+"""Number of pictures whose samples of pixels are kept as they are; of more, each keeps its share.
+
+Source: bounds memory; a file stays below 200 kB.
+"""
 _NOT_CABLE = 0.03
 """Weight of the colours beneath strokes on what is no cable, as a share of the ground.
 
@@ -236,7 +241,7 @@ class ColourModel:
             sample = ColourSample.of(array, strokes, region)
             log_ratio = log_colours.at_cells(_log_ratio([sample])) - _PRIOR_LOG_ODDS
             at_pixels = log_ratio.ravel()[log_colours.cells_of(array)]
-            pixels = PixelSample.of(array, strokes, at_pixels, region, 1.0 / len(entries))
+            pixels = PixelSample.of(array, strokes, at_pixels, region, min(1.0, _WHOLE_SAMPLES / len(entries)))
             cable, ground = (tuple(str(one) for one in strokes if one.cable is kind) for kind in (True, False))
             name = check_text("source", source)
             kept.append(
