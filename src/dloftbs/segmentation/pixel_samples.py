@@ -138,3 +138,7 @@ def _cells(kind: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
 
 _START = struct.calcsize(_HEAD)
 _MAX_BYTES = _START + COUNT * sum(_MOST) + 1
+"""Length of unpacked samples that are read at most, bytes.
+
+Source: derived.
+"""
