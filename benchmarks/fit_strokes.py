@@ -159,7 +159,7 @@ def _write(trees: Trees, start: float) -> None:
     assert line_prior_trees.__file__ is not None
     Path(line_prior_trees.__file__).write_text(
         '"""Trees of the line prior, written by ``python -m benchmarks.fit_strokes --write``."""\n\n'
-        f'START = {start:.4f}\n"""Log-odds of cable before the trees.\n\n'
+        f'START = {start:.4f}\n"""Logarithm of the odds of cable before the trees, in nats.\n\n'
         'Source: fitted by `benchmarks.fit_strokes`.\n"""\n'
         f'TREES = (\n{lines}\n)\n"""Nodes, as `Trees.to_text` keeps them.\n\n'
         'Source: fitted by `benchmarks.fit_strokes`.\n"""\n'

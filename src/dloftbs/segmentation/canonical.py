@@ -14,7 +14,7 @@ WIDTH_PX = 8.0
 Source: bounds time; at twice the width, IoU on 27 photographs differs by less than 0.01.
 """
 _MAX_SCALE = 2.0
-"""Most that an image is enlarged.
+"""Largest factor by which an image is enlarged.
 
 Source: by hand; thinner cables are looked at as they are.
 """

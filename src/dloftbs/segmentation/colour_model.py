@@ -47,7 +47,7 @@ _PRIOR = 0.1
 Source: by hand; more than most, since a missing pixel does more harm than one too many.
 """
 _PRIOR_LOG_ODDS = math.log(_PRIOR / (1.0 - _PRIOR))
-"""The same as log-odds.
+"""The same share as log-odds.
 
 Source: derived.
 """

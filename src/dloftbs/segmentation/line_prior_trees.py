@@ -1,7 +1,7 @@
 """Trees of the line prior, written by ``python -m benchmarks.fit_strokes``."""
 
 START = -2.1516
-"""Log-odds of cable before the trees.
+"""Logarithm of the odds of cable before the trees, in nats.
 
 Source: fitted by `benchmarks.fit_strokes`.
 """

@@ -20,7 +20,7 @@ COUNT = 9 + 4 * len(STEPS)
 Source: by definition: three channels, twice less their surroundings, and four ridges a step.
 """
 _ZERO = 128
-"""Byte of a signed feature that is zero.
+"""Level of 255 of a signed feature that is zero.
 
 Source: by definition.
 """
