@@ -122,7 +122,7 @@ def _fit(drawn_on: Sequence[tuple[Picture, list[Stroke]]]) -> ColourModel:
     return ColourModel.fit_many([(picture.image, lines, "") for picture, lines in drawn_on])
 
 
-def iou(mask: npt.NDArray[np.uint8], picture: Picture) -> float:
+def iou(mask: npt.NDArray[np.uint8] | npt.NDArray[np.bool_], picture: Picture) -> float:
     """Return the intersection over the union of a mask and the cables."""
     found, true = mask > 0, picture.labels > 0
     return int(np.count_nonzero(found & true)) / max(int(np.count_nonzero(found | true)), 1)

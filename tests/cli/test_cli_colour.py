@@ -27,6 +27,7 @@ def test_the_settings_go_to_standard_output_and_find_the_cable(picture, tmp_path
     assert (kept.source, kept.cable, kept.size) == ("photo.png", ("40,50:150,50/1",), (100, 200))
     assert result.stderr.splitlines() == [
         "photo.png: 4.0 % of the picture is cable",
+        "colour, contrast and ridges decide, since the colour alone does not tell",
         "next: save the settings by --out cable.yaml, then "
         "dloftbs detect photo.png --config cable.yaml --overlay overlay.png",
     ]

@@ -90,6 +90,9 @@ class ColourPicture(Section, frozen=True, kw_only=True):
     sample : str
         Colours beneath the strokes and in the rest of the picture, counted; the model is fitted to it without the
         picture. Written by `dloftbs colour`.
+    pixels : str
+        Features of some pixels of cables and ground, in the same way; empty where no stroke shows how wide a cable is,
+        and in files of earlier versions: then the colour alone decides.
     """
 
     source: str = ""
@@ -97,10 +100,13 @@ class ColourPicture(Section, frozen=True, kw_only=True):
     cable: tuple[str, ...]
     ground: tuple[str, ...] = ()
     sample: str
+    pixels: str = ""
 
     def __post_init__(self) -> None:
         require(isinstance(self.source, str), "source", "text", self.source)
-        require(isinstance(self.sample, str), "sample", "text, as `dloftbs colour` writes it", self.sample)
+        for name in ("sample", "pixels"):
+            given = getattr(self, name)
+            require(isinstance(given, str), name, "text, as `dloftbs colour` writes it", given)
         sides = [as_integer(side) for side in self.size] if isinstance(self.size, (tuple, list)) else []
         valid = len(sides) == 2 and all(side is not None and 0 < side <= MAX_PX for side in sides)
         require(valid, "size", "two positive integers: rows and columns", self.size)

@@ -1,7 +1,8 @@
-"""Colour image to mask, by colours learned from strokes that somebody drew."""
+"""Colour image to mask, by colours and the look of cables learned from strokes that somebody drew."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -14,6 +15,8 @@ from dloftbs.errors import InputError
 from dloftbs.segmentation import log_colours
 from dloftbs.segmentation.colour_samples import ColourSample
 from dloftbs.segmentation.colour_table import LEVELS, ColourTable
+from dloftbs.segmentation.pixel_classifier import PixelClassifier
+from dloftbs.segmentation.pixel_samples import PixelSample
 from dloftbs.support.arrays import FloatArray, check_image
 from dloftbs.support.values import check_text, check_type, shown
 
@@ -43,6 +46,22 @@ _PRIOR = 0.1
 
 Source: by hand; more than most, since a missing pixel does more harm than one too many.
 """
+_PRIOR_LOG_ODDS = math.log(_PRIOR / (1.0 - _PRIOR))
+"""The same share as log-odds.
+
+Source: derived.
+"""
+_FOUND = 0.87
+"""Least share of the cables beneath strokes, from edge to edge, that the colour finds where it alone decides; no more
+than the rest of it may be ground beside them.
+
+Source: fitted by `benchmarks.fit_strokes`: mBEST's photographs have more, photographs where other features help less.
+"""
+_WHOLE_SAMPLES = 2
+"""Number of pictures whose samples of pixels are kept as they are; of more, each keeps its share.
+
+Source: bounds memory; a file stays below 200 kB.
+"""
 _NOT_CABLE = 0.03
 """Weight of the colours beneath strokes on what is no cable, as a share of the ground.
 
@@ -65,10 +84,13 @@ Source: numerics; logarithms stay finite.
 """
 
 
-class ColourModel(ColourTable):
-    """A callable ``image -> mask``: a pixel is cable where its colour is likelier beneath the strokes than elsewhere.
+class ColourModel:
+    """A callable ``image -> mask``: a pixel is cable where it looks like what lies beneath the strokes.
 
-    `fit` and `fit_many` make one of pictures, and the constructor of what `to_config` kept of them: exactly the same.
+    Where the colour finds the cables beneath the strokes across their whole width, it alone decides, at the speed of a
+    table. Elsewhere a classifier of pixels does, by colour, local contrast and ridges as wide as the cables, and by the
+    lines that its probabilities make. `fit` and `fit_many` make one of pictures, and the constructor of what
+    `to_config` kept of them: exactly the same.
 
     Parameters
     ----------
@@ -87,13 +109,78 @@ class ColourModel(ColourTable):
     >>> model = ColourModel.fit(image, [Stroke(points=[(20, 30), (60, 30)])])
     >>> int(model(image).sum())
     350
+    >>> bool((model.probability(image)[30, 10:80] > 0.5).all())
+    True
     """
 
     def __init__(self, config: ColourConfig) -> None:
         check_type("config", config, ColourConfig)
         self._config = config
         samples = [ColourSample.from_text(picture.sample) for picture in config.pictures]
-        super().__init__(_colour_bits(samples, accept=config.accept_strokes))
+        pixels = [PixelSample.from_text(picture.pixels) for picture in config.pictures if picture.pixels]
+        log_ratio = log_colours.at_cells(_log_ratio(samples))
+        cells = _is_cable(log_ratio, samples, accept=config.accept_strokes)
+        self._table = ColourTable(_colour_bits(cells))
+        self._by_colour = _probability(log_ratio, cells)
+        self._log_ratio = log_ratio - _PRIOR_LOG_ODDS
+        self._shares = [sample.shares_in(cells) for sample in pixels]
+        self._pixels: PixelClassifier | None = None
+        if pixels and not config.accept_strokes and not self._colour_will_do():
+            self._pixels = PixelClassifier(pixels, self._log_ratio)
+
+    @property
+    def by_colour_alone(self) -> bool:
+        """True if the colour of each pixel decides, and nothing else of the image."""
+        return self._pixels is None
+
+    @property
+    def classifier(self) -> PixelClassifier | None:
+        """The classifier of pixels that decides, or None."""
+        return self._pixels
+
+    def _colour_will_do(self) -> bool:
+        """Return whether the colour finds the cables beneath the strokes, and not the ground beside them."""
+        cable, beside = np.mean(self._shares, axis=0)
+        return bool(cable >= _FOUND and beside <= 1.0 - _FOUND)
+
+    def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
+        """Segment an image.
+
+        Parameters
+        ----------
+        image : numpy.ndarray, shape (H, W, 3), uint8
+            BGR.
+
+        Returns
+        -------
+        numpy.ndarray, shape (H, W), bool
+            True where the probability is one half or more.
+
+        Raises
+        ------
+        InputError
+            If it is no such image.
+        """
+        if self._pixels is None:
+            return self._table(image).view(np.bool_)
+        return np.asarray(self.probability(image) >= 0.5)
+
+    def probability(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+        """Return the probability that each pixel of an image (H, W, 3) is cable, shape (H, W), float32.
+
+        Raises
+        ------
+        InputError
+            If it is no such image.
+        """
+        image = check_image(image)
+        if self._pixels is None or 0 in image.shape:
+            return np.asarray(self._by_colour[log_colours.cells_of(image)], np.float32)
+        return self._pixels(image)
+
+    def colour_log_odds(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+        """Return the log-odds that the colour of each pixel (H, W, 3) is a cable's, where both are as frequent."""
+        return np.asarray(self._log_ratio.ravel()[log_colours.cells_of(check_image(image))])
 
     @classmethod
     def fit(cls, image: npt.ArrayLike, strokes: Iterable[Stroke], source: str = "") -> ColourModel:
@@ -142,17 +229,31 @@ class ColourModel(ColourTable):
             As `fit`, and if the region does not lie within a picture.
         """
         kept = []
-        for entry in _items("pictures", pictures):
+        entries = _items("pictures", pictures)
+        for entry in entries:
             if not isinstance(entry, (tuple, list)) or len(entry) != 3:
                 raise InputError(f"each picture must be a tuple (image, strokes, source), got {shown(entry)}")
             image, given, source = entry
             strokes = _checked_strokes(given)
             array = check_image(image)
             size = int(array.shape[0]), int(array.shape[1])
-            sample = ColourSample.of(array, strokes, None if roi is None else Region(roi, size)).to_text()
+            region = None if roi is None else Region(roi, size)
+            sample = ColourSample.of(array, strokes, region)
+            log_ratio = log_colours.at_cells(_log_ratio([sample])) - _PRIOR_LOG_ODDS
+            at_pixels = log_ratio.ravel()[log_colours.cells_of(array)]
+            pixels = PixelSample.of(array, strokes, at_pixels, region, min(1.0, _WHOLE_SAMPLES / len(entries)))
             cable, ground = (tuple(str(one) for one in strokes if one.cable is kind) for kind in (True, False))
             name = check_text("source", source)
-            kept.append(ColourPicture(source=name, size=size, cable=cable, ground=ground, sample=sample))
+            kept.append(
+                ColourPicture(
+                    source=name,
+                    size=size,
+                    cable=cable,
+                    ground=ground,
+                    sample=sample.to_text(),
+                    pixels="" if pixels is None else pixels.to_text(),
+                )
+            )
         return tuple(kept)
 
     def to_config(self) -> ColourConfig:
@@ -173,19 +274,32 @@ def _items(name: str, values: object) -> tuple[Any, ...]:
     return tuple(values)
 
 
-def _colour_bits(samples: Sequence[ColourSample], *, accept: bool = False) -> npt.NDArray[np.uint8]:
-    """Return the bit of every colour, shape (256 red, 256 green, 32 bytes of 8 blues)."""
-    cells = log_colours.at_cells(_log_ratio(samples)) > 0.0
+def _is_cable(
+    log_ratio: npt.NDArray[np.float32], samples: Sequence[ColourSample], *, accept: bool
+) -> npt.NDArray[np.bool_]:
+    """Return which cells of colours are cable, shape (64, 64, 64): red, green, blue."""
+    cells = log_ratio > 0.0
     if accept:
         drawn, refused = _mean([sample.cable for sample in samples]), _mean([sample.ground for sample in samples])
         cells |= (drawn > refused)[log_colours.cell_bins()].reshape(cells.shape)
+    return np.asarray(cells)
+
+
+def _colour_bits(cells: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint8]:
+    """Return the bit of every colour, shape (256 red, 256 green, 32 bytes of 8 blues)."""
     repeat = LEVELS // log_colours.CELLS
     bits = np.packbits(np.repeat(cells, repeat, axis=2), axis=2, bitorder="little")
     return np.ascontiguousarray(np.repeat(np.repeat(bits, repeat, axis=0), repeat, axis=1))
 
 
+def _probability(log_ratio: npt.NDArray[np.float32], cells: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
+    """Return the probability of each cell of colours, at least one half where it is cable, shape (64**3,)."""
+    odds = np.where(cells, np.maximum(log_ratio, 0.0), np.minimum(log_ratio, -1e-3)).ravel()
+    return np.asarray(1.0 / (1.0 + np.exp(-odds)), np.float32)
+
+
 def _log_ratio(samples: Sequence[ColourSample]) -> FloatArray:
-    """Return how much likelier each bin's colour is cable than not, as a logarithm, shape (bins,).
+    """Return the log-odds that each bin's colour is cable, shape (bins,).
 
     The rest of a picture is ground but for what is likelier cable, and a stroke is what it says but for what is
     likelier something else. Pictures are taken in one after the other: a cable that nobody drew on is known by then.

@@ -122,6 +122,7 @@ def colour(
     dloftbs colour run.mcap --topic /camera/color/image_raw --frame 30 --at 90,55:130,70 --out cable.yaml
     """
     import msgspec
+    import numpy as np
 
     from dloftbs.cli.colour_files import check_places, next_command, overlay_of, read_frame, source_of, stated_settings
     from dloftbs.config import ColourConfig, Config, read_roi
@@ -157,12 +158,17 @@ def colour(
     model = ColourModel(learned)
     regions = [None if roi is None else Region(roi, (image.shape[0], image.shape[1])) for image in images]
     masks = [
-        model(image) if region is None else region.paste(model(region.cut(image)))
+        (model(image) if region is None else region.paste(model(region.cut(image)))).view(np.uint8)
         for image, region in zip(images, regions, strict=True)
     ]
     for source, image, mask, region, given in zip(sources, images, masks, regions, strokes, strict=True):
         _report(source, float(mask.mean() if region is None else region.cut(mask).mean() / region.share), given)
         _report_missed(source, image, mask, given)
+        _report_expected(source, image, given)
+    if model.by_colour_alone:
+        click.echo("the colour of each pixel decides alone, at the speed of a table", err=True)
+    else:
+        click.echo("colour, contrast and ridges decide, since the colour alone does not tell", err=True)
     if overlay is not None:
         write_whole(Path(overlay), as_png(overlay_of(images, masks, strokes)))
     save_first = "" if out else "save the settings by --out cable.yaml, then "
@@ -219,3 +225,16 @@ def _report_missed(
         else:
             continue
         click.echo(f"{source}: {told}", err=True)
+
+
+def _report_expected(source: str, image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> None:
+    """Say how much of the cables the mask is expected to find, by leaving each stroke out in turn."""
+    from dloftbs.segmentation import cross_validate
+
+    expected = cross_validate(image, strokes)
+    if expected is not None:
+        click.echo(
+            f"{source}: expected to find {100.0 * expected.cable:.0f} % of the cables, and "
+            f"{100.0 * expected.ground:.0f} % of the ground beside them (each stroke left out in turn)",
+            err=True,
+        )

@@ -1,0 +1,51 @@
+"""Expected quality of a mask from strokes: what is found beneath each stroke by the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.config import Stroke
+from dloftbs.segmentation.colour_model import ColourModel
+from dloftbs.segmentation.stroke_widths import cables_beneath
+
+
+class Expected(NamedTuple):
+    """Shares of the cables, and of the ground beside them, that a mask takes for cable."""
+
+    cable: float
+    ground: float
+
+
+def cross_validate(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> Expected | None:
+    """Return what a model of strokes is expected to find; None with fewer than two strokes along cables.
+
+    Each stroke along a cable is left out in turn. What lies beneath it, from edge to edge, and beside it is compared
+    with the mask by the other strokes. A cable of a colour of its own needs two strokes, or it is missed.
+
+    Parameters
+    ----------
+    image : numpy.ndarray, shape (H, W, 3), uint8
+        BGR.
+    strokes : sequence of Stroke
+
+    Raises
+    ------
+    InputError
+        If a stroke leaves the picture.
+    """
+    log_odds = ColourModel.fit(image, strokes).colour_log_odds(image) if any(one.cable for one in strokes) else None
+    shares = []
+    for number, stroke in enumerate(strokes):
+        others = [*strokes[:number], *strokes[number + 1 :]]
+        if log_odds is None or not stroke.cable or not any(one.cable for one in others):
+            continue
+        beneath = cables_beneath(log_odds, [stroke])
+        if not beneath.width_px > 0.0 or not beneath.beside.any():
+            continue
+        mask = ColourModel.fit(image, others)(image)
+        shares.append((mask[beneath.cable].mean(), mask[beneath.beside].mean()))
+    return Expected(*(float(share) for share in np.mean(shares, axis=0))) if shares else None
