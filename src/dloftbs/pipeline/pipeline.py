@@ -24,6 +24,7 @@ from dloftbs.config import (
 from dloftbs.data.frame import Frame, as_frame
 from dloftbs.data.frame_region import Region
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.harness import find_harnesses
 from dloftbs.data.stage_trace import StageTrace
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
@@ -69,6 +70,8 @@ class Pipeline:
         region's edge as at the image's border, and results are in pixels of the whole image.
     mask_is : {"auto", "binary", "probability", "labels"}, optional
         What the values of masks are, in the place of `SegmentationConfig.mask_is`; see `Frame`.
+    branched : bool, optional
+        Whether objects may branch, as wiring harnesses do, in the place of `LinkingConfig.branched`.
 
     Raises
     ------
@@ -94,8 +97,9 @@ class Pipeline:
         segmenter: Segmenter | str | os.PathLike[str] | None = None,
         roi: RoiLike | None = None,
         mask_is: str | None = None,
+        branched: bool | None = None,
     ) -> None:
-        self._config = choose_config(config, hsv, objects, roi, mask_is)
+        self._config = choose_config(config, hsv, objects, roi, mask_is, branched)
         if segmenter is not None and hsv is not None:
             raise InputError("give either hsv or a segmenter, got both")
         roi = self._config.region.roi
@@ -295,6 +299,7 @@ def _checked_unit(run: StageRun, frame: Frame) -> bool:
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:
+    branch_points, harnesses = find_harnesses(run.detections) if run.is_branched else ((), ())
     return FrameResult._unchecked(
         run.detections,
         tracks,
@@ -307,6 +312,8 @@ def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame 
         run.crossings,
         run.dropped,
         kept,
+        branch_points=branch_points,
+        harnesses=harnesses,
     )
 
 
