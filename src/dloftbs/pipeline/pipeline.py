@@ -42,7 +42,7 @@ from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.values import count_of, shown
-from dloftbs.tracking import Tracker
+from dloftbs.tracking import HarnessIds, Tracker
 
 _log = logging.getLogger("dloftbs.pipeline")
 _NETWORK = ".onnx"  # suffix of a network's file
@@ -112,6 +112,7 @@ class Pipeline:
         tracking = self._config.tracking
         self._gate = MaskGate(tracking) if isinstance(tracking, TrackingConfig) else None
         self._depth_edges = DepthEdges()
+        self._harness_ids = HarnessIds()
         self._size: tuple[int, int] | None = None
         self._region: Region | None = None
         self._next_index = 0
@@ -193,6 +194,10 @@ class Pipeline:
             self._gate.accept(run.share, frame.stamp, shows_tracks=shows_tracks)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         result = _result(frame, run, tracks)
+        if result.harnesses:
+            named = self._harness_ids.update(result.harnesses, tracks)
+            points = tuple([point for harness in named for point in harness.branch_points])
+            result.__dict__.update(harnesses=named, branch_points=points)
         return result if region is None else WholeImage(region, whole).result(result)
 
     def detect(self, frame: Frame | npt.ArrayLike) -> FrameResult:
@@ -217,6 +222,7 @@ class Pipeline:
         self._doubted = self._has_unit = False
         self._mask = self._masked = self._size = None
         self._tracker.reset()
+        self._harness_ids.reset()
         self._reset_scene()
 
     def _reset_scene(self) -> None:

@@ -259,7 +259,7 @@ def _link_as_published(
 def _link_by_bending(crop: MaskCrop, skeleton: Skeleton, linking: LinkingConfig, task: _Task) -> _Linked:
     """Link the branches by the default method."""
     frame, config, _, predicted, soft, labels, clock = task
-    graph, found = build_graph(crop, skeleton, config.segments.max_segments)
+    graph, found = build_graph(crop, skeleton, config.segments.max_segments, branched=linking.branched)
     clock.lap("segments")
     if graph is None:
         return _Linked([], too_many(found, config.segments.max_segments))
