@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from dloftbs.data.dropped import Dropped
     from dloftbs.data.frame import Frame
     from dloftbs.data.frame_result import FrameResult
+    from dloftbs.data.harness import BranchPoint, Harness, Route
     from dloftbs.data.prediction import Prediction
     from dloftbs.data.prompt import Prompt
     from dloftbs.data.stage_trace import StageTrace
@@ -54,6 +55,7 @@ _HOME = {
     ),
     **dict.fromkeys(("Crossing", "Detection"), "data.detection"),
     "Dropped": "data.dropped",
+    **dict.fromkeys(("BranchPoint", "Harness", "Route"), "data.harness"),
     "OcclusionEvidence": "evidence",
     "Frame": "data.frame",
     "FrameResult": "data.frame_result",
@@ -72,6 +74,7 @@ _SUBMODULES = ("config", "ros", "sinks", "sources", "viz")
 __all__ = [
     "BSplineCurve",
     "BackgroundSegmenter",
+    "BranchPoint",
     "Centerline",
     "ColourModel",
     "Config",
@@ -85,6 +88,7 @@ __all__ = [
     "EndKind",
     "Frame",
     "FrameResult",
+    "Harness",
     "HsvRange",
     "InputError",
     "Joint",
@@ -95,6 +99,7 @@ __all__ = [
     "Pipeline",
     "Prediction",
     "Prompt",
+    "Route",
     "Segment",
     "Segmenter",
     "SinkError",

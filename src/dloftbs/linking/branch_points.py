@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, other_end
+from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, is_start, other_end
 from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.support.arrays import FloatArray
 
@@ -18,6 +18,24 @@ _OWN_WIDTHS = 4.0
 """Length of a branch along which a cable does not cross itself any more, widths.
 
 Source: geometry; two that cross at a sixth of a right angle have as much in common.
+"""
+
+_ASIDE = -0.5
+"""Cosine of the angle between the branch that holds both and each of two that part, up to which they lead on.
+
+Source: geometry; three equal angles between the branches at a junction.
+"""
+
+_WIDER = 1.06
+"""Width of the mask where two branches begin to part, in widths of the branch that holds both.
+
+Source: by hand; above the noise of an edge.
+"""
+
+_LEAST_REACH_WIDTHS = 0.75
+"""Length of a wide stretch below which branches part at once, widths.
+
+Source: geometry; a junction widens the mask for half a width.
 """
 
 _CENTRE_WIDTHS = 1.0
@@ -78,7 +96,8 @@ def find_branch_points(graph: Graph, matching: EndMatching, least_px: float) -> 
         matching.open(end)
     places = {}
     for ends in _joined(matching, found, least_px):
-        place = _place(branches.end_states[ends], graph.width)
+        merged = _start_of_merge(graph, matching, ends)
+        place = _place(branches.end_states[ends], graph.width) if merged is None else merged
         places.update(dict.fromkeys(ends, (place, 1.0)))
     return places
 
@@ -141,3 +160,29 @@ def _place(states: FloatArray, width: float) -> FloatArray:
     vector = across.T @ np.einsum("ni,ni->n", across, states[:, POSITION]) + weight * middle
     result: FloatArray = np.linalg.solve(matrix, vector)
     return result
+
+
+def _start_of_merge(graph: Graph, matching: EndMatching, ends: list[int]) -> FloatArray | None:
+    """Return where two branches begin to part that lead on side by side; None where they part at once.
+
+    There the mask begins to be wider than the branch that holds both.
+    """
+    branches = matching.branches
+    if len(ends) != _MIN_ENDS:
+        return None
+    tangents = branches.end_states[ends][:, TANGENT]
+    cosines = tangents @ tangents.T
+    for k, end in enumerate(ends):
+        branch = branch_of(end)
+        if max(cosines[k, j] for j in range(len(ends)) if j != k) > _ASIDE or branch >= graph.branch_count:
+            continue
+        start, stop = graph.offsets[branch], graph.offsets[branch + 1]
+        own = np.arange(start, stop) if is_start(end) else np.arange(stop - 1, start - 1, -1)
+        radius = graph.radius[own]
+        far = radius[len(own) // 2 :]
+        wide = np.flatnonzero(radius < _WIDER * np.median(far))
+        reach = int(wide[0]) if len(wide) else 0
+        if _LEAST_REACH_WIDTHS * graph.width < reach < len(own) // 2:
+            result: FloatArray = graph.points[own[reach]].copy()
+            return result
+    return None
