@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import dloftbs
-from dloftbs.linking import end_matching
+from dloftbs.linking import branch_weights, end_matching
 
 _Floats = npt.NDArray[np.float64]
 SIZE, WIDTH_PX, FOCAL_PX = (720, 1280), 12, 900.0
@@ -101,7 +101,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", type=Path, nargs="+")
     parser.add_argument("--frames", type=int, default=2, help="frames a recording")
-    parser.add_argument("--costs", type=float, nargs="*", default=[end_matching.BRANCH_END])
+    parser.add_argument("--costs", type=float, nargs="*", default=[branch_weights.BRANCH_END])
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     for path in options.files:

@@ -38,6 +38,12 @@ _LEAST_REACH_WIDTHS = 0.75
 Source: geometry; a junction widens the mask for half a width.
 """
 
+_MOST_REACH_WIDTHS = 3.0
+"""Length of a wide stretch above which it is that of a bundle, widths.
+
+Source: by hand; a branch parts from another one within two widths.
+"""
+
 _CENTRE_WIDTHS = 1.0
 """Distance from a junction's centre that counts as much as a ray that misses by `_RAY_WIDTHS`, widths.
 
@@ -182,7 +188,7 @@ def _start_of_merge(graph: Graph, matching: EndMatching, ends: list[int]) -> Flo
         far = radius[len(own) // 2 :]
         wide = np.flatnonzero(radius < _WIDER * np.median(far))
         reach = int(wide[0]) if len(wide) else 0
-        if _LEAST_REACH_WIDTHS * graph.width < reach < len(own) // 2:
+        if _LEAST_REACH_WIDTHS * graph.width < reach <= _MOST_REACH_WIDTHS * graph.width and reach < len(own) // 2:
             result: FloatArray = graph.points[own[reach]].copy()
             return result
     return None
