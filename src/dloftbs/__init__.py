@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from dloftbs.data.dropped import Dropped
     from dloftbs.data.frame import Frame
     from dloftbs.data.frame_result import FrameResult
-    from dloftbs.data.harness import BranchPoint, Harness, Route
     from dloftbs.data.prediction import Prediction
     from dloftbs.data.prompt import Prompt
     from dloftbs.data.stage_trace import StageTrace
@@ -55,7 +54,6 @@ _HOME = {
     ),
     **dict.fromkeys(("Crossing", "Detection"), "data.detection"),
     "Dropped": "data.dropped",
-    **dict.fromkeys(("BranchPoint", "Harness", "Route"), "data.harness"),
     "OcclusionEvidence": "evidence",
     "Frame": "data.frame",
     "FrameResult": "data.frame_result",
@@ -74,7 +72,6 @@ _SUBMODULES = ("config", "ros", "sinks", "sources", "viz")
 __all__ = [
     "BSplineCurve",
     "BackgroundSegmenter",
-    "BranchPoint",
     "Centerline",
     "ColourModel",
     "Config",
@@ -88,7 +85,6 @@ __all__ = [
     "EndKind",
     "Frame",
     "FrameResult",
-    "Harness",
     "HsvRange",
     "InputError",
     "Joint",
@@ -99,7 +95,6 @@ __all__ = [
     "Pipeline",
     "Prediction",
     "Prompt",
-    "Route",
     "Segment",
     "Segmenter",
     "SinkError",

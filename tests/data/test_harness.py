@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import dloftbs
-from dloftbs import FrameResult, InputError
+from dloftbs import ConfigError, FrameResult, InputError
+from dloftbs.config import LinkingConfig
 from dloftbs.data.harness import BranchPoint, Harness
 
 
@@ -120,3 +121,10 @@ def test_a_region_of_interest_moves_branch_points_with_the_rest() -> None:
         for number, end in point.members:
             assert np.allclose(whole[number].curve(float(end)), point.position, atol=1.5)
     assert replace(whole.branch_points[0], id=3).to_dict()["id"] == 3
+
+
+def test_a_known_number_of_objects_cannot_be_stated_beside_it() -> None:
+    with pytest.raises(ConfigError, match="leave out one of them"):
+        dloftbs.detect(TREE, branched=True, objects=2)
+    with pytest.raises(ConfigError, match="branched must be true or false"):
+        LinkingConfig(branched=1)  # type: ignore[arg-type]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dloftbs.config.section import MAX, Section, keep_integer, keep_number
+from dloftbs.config.section import MAX, Section, keep_integer, keep_number, require
 from dloftbs.errors import ConfigError
 
 
@@ -64,6 +64,7 @@ class LinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method"
         keep_number(self, "max_gap_widths", 0.0, MAX)
         keep_number(self, "min_gap_confidence", 0.0, 1.0)
         keep_number(self, "min_probability", 0.0, 1.0)
+        require(isinstance(self.branched, bool), "branched", "true or false", self.branched)
         if self.branched and self.objects is not None:
             raise ConfigError(
                 f"linking.objects = {self.objects} counts cables that do not branch, and linking.branched says that "
