@@ -42,6 +42,7 @@ def detect(
     segmenter: Segmenter | PathLike | None = None,
     roi: RoiLike | None = None,
     mask_is: str | None = None,
+    branched: bool | None = None,
 ) -> FrameResult:
     """Find the objects in one frame, without memory.
 
@@ -85,6 +86,8 @@ def detect(
         of the whole image.
     mask_is : {"auto", "binary", "probability", "labels"}, optional
         What the values of a mask are, as `Frame` has it.
+    branched : bool, optional
+        Whether objects may branch, as wiring harnesses do: see `FrameResult.harnesses`.
 
     Returns
     -------
@@ -101,7 +104,9 @@ def detect(
     SourceError
         If a file cannot be read.
     """
-    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi, mask_is=mask_is)
+    pipeline = Pipeline(
+        config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi, mask_is=mask_is, branched=branched
+    )
     segmented = pipeline.segments_images and image is None
     kind: Kind = kind_for("auto" if image is None else "mask", segmented=segmented)
     picture = image if x is None else x
@@ -164,6 +169,7 @@ def track(
     segmenter: Segmenter | PathLike | None = None,
     roi: RoiLike | None = None,
     mask_is: str | None = None,
+    branched: bool | None = None,
 ) -> Iterator[FrameResult]:
     """Follow the objects through a stream, one result a frame, as the frames come.
 
@@ -174,7 +180,7 @@ def track(
         (H, W) or BGR images (H, W, 3), one after the other, a `Source` among them. Each mask is a frame: the masks of
         several objects in one frame are ``Frame(instances=...)``. A capture is read until it gives no
         more, and stays open; its frames have no times, as those of its path or index have.
-    hsv, objects, config, segmenter, roi, mask_is
+    hsv, objects, config, segmenter, roi, mask_is, branched
         As `Pipeline` takes them.
 
     Returns
@@ -188,7 +194,9 @@ def track(
     SourceError
         If there is nothing there or it cannot be opened.
     """
-    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi, mask_is=mask_is)
+    pipeline = Pipeline(
+        config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi, mask_is=mask_is, branched=branched
+    )
     if are_masks_of_objects(frames):
         raise InputError(
             f"expected a stream, got the masks of one frame's objects, {shown(frames)}: "

@@ -6,10 +6,11 @@ from dataclasses import fields
 
 import pytest
 
-from dloftbs.data.centerline import Centerline, Joint, NearJoint, Segment
+from dloftbs.data.centerline import BranchEnd, Centerline, Joint, NearJoint, Segment
 from dloftbs.data.detection import Crossing, Detection
 from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.harness import BranchPoint, Harness
 from dloftbs.data.stage_trace import StageTrace
 from dloftbs.data.tracks import Track
 
@@ -17,7 +18,10 @@ MOVED = {
     Segment: {"points"},
     Joint: {"alternatives"},
     NearJoint: {"point"},
-    Centerline: {"segments", "joints", "near_joints"},
+    Centerline: {"segments", "joints", "near_joints", "branch_ends"},
+    BranchEnd: {"point"},
+    BranchPoint: {"position"},
+    Harness: {"detections", "branch_points"},
     Detection: {"centerline", "curve", "camera"},
     Crossing: {"position"},
     Track: {"curve", "detection", "camera"},
@@ -26,7 +30,7 @@ MOVED = {
         *("segments", "short_segments", "result"),
     },
     Dropped: {"centerline"},
-    FrameResult: {"detections", "tracks", "size", "crossings", "dropped", "frame", "roi"},
+    FrameResult: {"detections", "tracks", "size", "crossings", "dropped", "frame", "roi", "branch_points", "harnesses"},
 }
 STAYS = {
     Segment: {"radius"},
@@ -40,6 +44,9 @@ STAYS = {
         *("id", "state", "curve_3d", "hits", "misses", "inferred", "confidence", "width_px", "ends"),
         *("velocity", "velocity_3d"),
     },
+    BranchEnd: {"confidence"},
+    BranchPoint: {"members", "confidence", "position_3d", "id"},
+    Harness: {"branches", "index", "id"},
     StageTrace: set(),
     FrameResult: {"reason", "stage_ms", "index", "stamp", "name"},
 }

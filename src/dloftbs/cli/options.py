@@ -145,6 +145,11 @@ def config_options(command: Command) -> Command:
         help="How many cables there are, if that is known: pieces are joined to N, what is left over is dropped.",
     )
     @click.option(
+        "--branched",
+        is_flag=True,
+        help="Objects may branch, as wiring harnesses do: where three or more ends meet, they may be one branch point.",
+    )
+    @click.option(
         "--min-confidence",
         type=click.FloatRange(0.0, 1.0),
         metavar="P",
@@ -168,6 +173,7 @@ def config_options(command: Command) -> Command:
         local: str | None,
         background: Path | None,
         objects: int | None,
+        branched: bool,
         min_confidence: float | None,
         mask_is: str | None,
         roi: Roi | None,
@@ -182,6 +188,7 @@ def config_options(command: Command) -> Command:
             "segmentation.local.tone": local,
             "segmentation.background.file": file,
             "linking.objects": objects,
+            "linking.branched": branched or None,
             "linking.min_gap_confidence": min_confidence,
             "segmentation.mask_is": mask_is,
             "region.roi": roi,

@@ -237,6 +237,7 @@ def choose_config(
     objects: int | None,
     roi: RoiLike | None = None,
     mask_is: str | None = None,
+    branched: bool | None = None,
 ) -> Config:
     """Return a configuration, by default the package's, with what is chosen beside it: see `Pipeline`.
 
@@ -254,6 +255,8 @@ def choose_config(
         config = config.with_roi(roi)
     if mask_is is not None:
         config = config.replace({"segmentation.mask_is": mask_is})
+    if branched is not None:
+        config = config.replace({"linking.branched": branched})
     return config if objects is None else config.replace({"linking.objects": objects})
 
 

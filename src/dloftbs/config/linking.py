@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dloftbs.config.section import MAX, Section, keep_integer, keep_number
+from dloftbs.config.section import MAX, Section, keep_integer, keep_number, require
+from dloftbs.errors import ConfigError
 
 
 class ObjectsConfig(Section, frozen=True, kw_only=True):
@@ -48,17 +49,27 @@ class LinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method"
     min_probability : float
         Least probability to be a cable at all of an object that is a detection, in 0..1; less probable ones, such as
         debris beside a cable, are reported in `FrameResult.dropped`. A known number of objects takes its place.
+    branched : bool
+        Whether objects may branch, as wiring harnesses do: where three or more ends of cables meet, they may be one
+        branch point, as `FrameResult.branch_points` lists them. A known number of objects cannot be stated beside it.
     """
 
     max_gap_widths: float = 25.0
     min_gap_confidence: float = 0.5
     min_probability: float = 0.33
+    branched: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
         keep_number(self, "max_gap_widths", 0.0, MAX)
         keep_number(self, "min_gap_confidence", 0.0, 1.0)
         keep_number(self, "min_probability", 0.0, 1.0)
+        require(isinstance(self.branched, bool), "branched", "true or false", self.branched)
+        if self.branched and self.objects is not None:
+            raise ConfigError(
+                f"linking.objects = {self.objects} counts cables that do not branch, and linking.branched says that "
+                "they do: leave out one of them"
+            )
 
 
 class GreedyLinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method", tag="greedy"):

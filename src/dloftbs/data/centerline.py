@@ -252,6 +252,33 @@ class NearJoint:
         return NearJoint(1.0 - self.u, self.point, self.confidence)
 
 
+@dataclass(frozen=True)
+class BranchEnd:
+    """Branch point at which an end of a centre line meets others.
+
+    Parameters
+    ----------
+    point : point
+        ``(x, y)`` px; the same for all ends that meet there.
+    confidence : float
+        Probability that it is a branch point, in 0..1.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type or out of range.
+    """
+
+    point: Point
+    confidence: float
+
+    def __post_init__(self) -> None:
+        self.__dict__.update(
+            point=check_pair("point", self.point, -LARGEST, LARGEST),
+            confidence=check_number("confidence", self.confidence, 0.0, 1.0),
+        )
+
+
 _REVERSED_LATE = "segments", "joints", "near_joints"
 """Fields of a reversed centre line that are made once somebody asks for them.
 
@@ -277,6 +304,8 @@ class Centerline:
         Confidence that the mask shows its course, in 0..1; below 0.9 the mask is a lump, or has one on the way.
     existence : float
         Probability that it is a cable at all, and no debris or error of the segmentation, in 0..1.
+    branch_ends : (BranchEnd or None, BranchEnd or None)
+        Branch points at its start and at its end, None where there is none.
 
     Raises
     ------
@@ -290,6 +319,7 @@ class Centerline:
     near_joints: tuple[NearJoint, ...] = field(default_factory=tuple)
     course_confidence: float = 1.0
     existence: float = 1.0
+    branch_ends: tuple[BranchEnd | None, BranchEnd | None] = (None, None)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "segments", check_all("segments", self.segments, Segment))
@@ -313,11 +343,14 @@ class Centerline:
         joints: tuple[Joint, ...],
         closed: bool,
         near_joints: tuple[NearJoint, ...] = (),
+        branch_ends: tuple[BranchEnd | None, BranchEnd | None] = (None, None),
         **known: FloatArray | float,
     ) -> Centerline:
         """Wrap parts that are known to fit together; `points`, `radius`, `u` or `width_px` may be given, too."""
         line = cls.__new__(cls)
-        line.__dict__.update(segments=segments, joints=joints, closed=closed, near_joints=near_joints, **known)
+        line.__dict__.update(
+            segments=segments, joints=joints, closed=closed, near_joints=near_joints, branch_ends=branch_ends, **known
+        )
         return line
 
     def __repr__(self) -> str:
@@ -336,6 +369,12 @@ class Centerline:
         line.__dict__.update(self.__dict__, near_joints=near_joints)
         return line
 
+    def _with_branch_ends(self, branch_ends: tuple[BranchEnd | None, BranchEnd | None]) -> Centerline:
+        """Return the same centre line with other branch points at its ends."""
+        line = type(self).__new__(type(self))
+        line.__dict__.update(self.__dict__, branch_ends=branch_ends)
+        return line
+
     def _narrowed(self, factor: float) -> Centerline:
         """Return the same centre line with its width, and its radius everywhere, multiplied by a factor."""
         line = type(self).__new__(type(self))
@@ -351,6 +390,7 @@ class Centerline:
             closed=self.closed,
             course_confidence=self.course_confidence,
             existence=self.existence,
+            branch_ends=self.branch_ends[::-1],
             width_px=self.width_px,
             _forwards=self,
         )

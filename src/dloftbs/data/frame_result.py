@@ -13,6 +13,7 @@ from dloftbs.config import Roi, read_roi
 from dloftbs.data.detection import Crossing, Detection
 from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame import Frame
+from dloftbs.data.harness import BranchPoint, Harness, Route
 from dloftbs.data.presentation import outputs
 from dloftbs.data.tracks import Track
 from dloftbs.errors import InputError
@@ -64,6 +65,10 @@ class FrameResult:
     roi : tuple, optional
         Region of interest that alone was read, px of the frame: ``(x, y, w, h)``, or the corners ``((x, y), ...)`` of a
         polygon. None where all of the frame was read.
+    branch_points : tuple of BranchPoint
+        Where three or more ends of detections meet; none unless objects may branch (`LinkingConfig.branched`).
+    harnesses : tuple of Harness
+        Detections by the objects that they are branches of, each in one; none unless objects may branch.
 
     Raises
     ------
@@ -83,6 +88,8 @@ class FrameResult:
     dropped: tuple[Dropped, ...] = ()
     frame: Frame | None = None
     roi: Roi | None = None
+    branch_points: tuple[BranchPoint, ...] = ()
+    harnesses: tuple[Harness, ...] = ()
 
     def __post_init__(self) -> None:
         set_fields(
@@ -98,6 +105,8 @@ class FrameResult:
             stage_ms=_stage_ms(self.stage_ms),
             dropped=check_all("dropped", self.dropped, Dropped),
             roi=None if self.roi is None else read_roi(self.roi),
+            branch_points=check_all("branch_points", self.branch_points, BranchPoint),
+            harnesses=check_all("harnesses", self.harnesses, Harness),
         )
         if self.frame is not None:
             check_type("frame", self.frame, Frame)
@@ -117,6 +126,8 @@ class FrameResult:
         dropped: tuple[Dropped, ...],
         frame: Frame | None = None,
         roi: Roi | None = None,
+        branch_points: tuple[BranchPoint, ...] = (),
+        harnesses: tuple[Harness, ...] = (),
     ) -> FrameResult:
         """Make what the constructor makes, faster."""
         result = cls.__new__(cls)
@@ -133,6 +144,8 @@ class FrameResult:
             dropped=dropped,
             frame=frame,
             roi=roi,
+            branch_points=branch_points,
+            harnesses=harnesses,
         )
         return result
 
@@ -163,6 +176,14 @@ class FrameResult:
         return outputs().result_png(self)
 
     @property
+    def routes(self) -> tuple[Route, ...]:
+        """Routes of all harnesses, in their order: of each from the end of its trunk to each other end.
+
+        An object without branch points is one route; there are none unless objects may branch.
+        """
+        return tuple([route for harness in self.harnesses for route in harness.routes])
+
+    @property
     def total_ms(self) -> float:
         """Milliseconds of all stages together."""
         return sum(self.stage_ms.values())
@@ -181,6 +202,7 @@ class FrameResult:
             "dropped": [one.to_dict() for one in self.dropped],
             "tracks": [self._track(track) for track in self.tracks],
             "stage_ms": dict(self.stage_ms),
+            **({"harnesses": [harness.to_dict() for harness in self.harnesses]} if self.harnesses else {}),
         }
 
     @classmethod
@@ -199,6 +221,8 @@ class FrameResult:
             "a result", data, *keys, "roi"
         )
         detections = tuple(Detection.from_dict(row) for row in list_of("detections", found))
+        rows = list_of("harnesses", data.get("harnesses", ()))
+        harnesses = tuple([Harness.from_dict(row, detections, number) for number, row in enumerate(rows)])
         return cls(
             detections,
             tuple(_track_of(row, detections) for row in list_of("tracks", tracks)),
@@ -211,6 +235,8 @@ class FrameResult:
             tuple(Crossing.from_dict(row) for row in list_of("crossings", crossings)),
             tuple(Dropped.from_dict(row) for row in list_of("dropped", dropped)),
             roi=roi,
+            branch_points=tuple([point for harness in harnesses for point in harness.branch_points]),
+            harnesses=harnesses,
         )
 
     def _track(self, track: Track) -> dict[str, Any]:

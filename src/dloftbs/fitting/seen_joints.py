@@ -94,6 +94,7 @@ def remade(line: Centerline, segments: tuple[Segment, ...], joints: list[Joint])
         near_joints=line.near_joints,
         course_confidence=line.course_confidence,
         existence=line.existence,
+        branch_ends=line.branch_ends,
     )
 
 

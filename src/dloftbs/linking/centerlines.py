@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import accumulate, pairwise
 
 import numpy as np
 
-from dloftbs.data.centerline import Centerline, Joint, JointKind, NearJoint, Segment
+from dloftbs.data.centerline import BranchEnd, Centerline, Joint, JointKind, NearJoint, Segment
 from dloftbs.data.graph import RAY, Graph, branch_of, other_end
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.kernels.polyline_lengths import lay_out
@@ -39,7 +40,13 @@ Source: by hand; the arc over its chord diverges at pi.
 _CROSSING, _GAP = JointKind.CROSSING, JointKind.GAP  # members of an enumeration are slow to look up
 
 
-def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: float) -> list[Centerline]:
+def assemble(
+    crop: MaskCrop,
+    graph: Graph,
+    matching: EndMatching,
+    least_widths: float,
+    branch_points: Mapping[int, tuple[FloatArray, float]] | None = None,
+) -> list[Centerline]:
     """Make a centre line of each cable.
 
     Parameters
@@ -49,12 +56,15 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
     matching : EndMatching
     least_widths : float
         Shortest skeleton of a cable, in widths.
+    branch_points : mapping of int to (numpy.ndarray, float), optional
+        As `find_branch_points` makes them.
 
     Returns
     -------
     list of Centerline
         Cables with ends first, then loops.
     """
+    places = {} if branch_points is None else branch_points
     least = max(least_widths * graph.width, _MIN)
     around = max(2.0 * least, _MIN_AROUND)
     buffer = Points(matching.branches)
@@ -71,7 +81,7 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
             fill_junctions(around_all, buffer, closed=True)
             loops.append([around_all])
         elif not is_loop and count >= least:
-            extend_ends(mask, graph, matching, axes, chain, pieces, buffer)
+            extend_ends(mask, graph, matching, axes, chain, pieces, buffer, places)
             for piece in pieces:
                 fill_junctions(piece, buffer)
             lines.append(pieces)
@@ -81,7 +91,7 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
             loops.append([Piece([(start, stop, 1)], -1, 0.0, math.inf)])
     if not lines and not loops:
         return []
-    return _lay_out(crop, graph, matching, lines, loops, buffer, ends)
+    return _lay_out(crop, graph, matching, lines, loops, buffer, ends, places)
 
 
 def _likeliest(graph: Graph, matching: EndMatching) -> dict[int, tuple[float, int]]:
@@ -105,6 +115,7 @@ def _lay_out(
     loops: list[list[Piece]],
     buffer: Points,
     ends: list[tuple[int, int]],
+    places: Mapping[int, tuple[FloatArray, float]],
 ) -> list[Centerline]:
     """Make centre lines, in the image, of the pieces of cables with ends and of loops."""
     counts = [[piece.count for piece in pieces] for pieces in lines + loops]
@@ -122,23 +133,32 @@ def _lay_out(
         *crop.image_transform,
     )
     parts = np.array([0, *accumulate(sum(len(piece.spans) for piece in pieces) for pieces in lines + loops)])
-    sure = course_confidence(crop.oriented(crop.pixels), oriented, runs, parts, len(lines), widths).tolist()
+    ends_there = np.array([[end in places for end in both] for both in ends], dtype=np.bool_).reshape(-1, 2)
+    sure = course_confidence(crop.oriented(crop.pixels), oriented, runs, parts, len(lines), widths, ends_there).tolist()
+    branch_ends = {
+        end: BranchEnd(tuple(crop.to_image(place[None])[0].tolist()), confidence)
+        for end, (place, confidence) in places.items()
+    }
     for k, pieces in enumerate(lines):
         if len(pieces) > 1:
             _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], matching, pieces)
     points, radius, u = frozen(points), frozen(radius), frozen(u)
     likeliest = _likeliest(graph, matching) if matching.near_joints else {}
-    places = positions.tolist() if likeliest or any(len(pieces) > 1 for pieces in lines) else []
+    positions_of = positions.tolist() if likeliest or any(len(pieces) > 1 for pieces in lines) else []
     result: list[Centerline] = []
     for k, (width, (start, stop)) in enumerate(zip(widths.tolist(), pairwise(first), strict=True)):
         own = points[start:stop], radius[start:stop], u[start:stop], width
         if k < len(lines):
             near = [
-                NearJoint(u, (places[likeliest[end][1]][0], places[likeliest[end][1]][1]), likeliest[end][0])
+                NearJoint(
+                    u, (positions_of[likeliest[end][1]][0], positions_of[likeliest[end][1]][1]), likeliest[end][0]
+                )
                 for u, end in zip((0.0, 1.0), ends[k], strict=True)
                 if end in likeliest
             ]
-            result.append(_line(*own, counts[k], graph, matching, lines[k], places, tuple(near), sure[k]))
+            line = _line(*own, counts[k], graph, matching, lines[k], positions_of, tuple(near), sure[k])
+            met = branch_ends.get(ends[k][0]), branch_ends.get(ends[k][1])
+            result.append(line if met == (None, None) else line._with_branch_ends(met))
         else:
             result.append(_loop(*own, sure[k]))
     return result

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -103,13 +104,16 @@ def extend_ends(
     chain: list[int],
     pieces: list[Piece],
     buffer: Points,
+    branch_points: Mapping[int, tuple[FloatArray, float]],
 ) -> None:
-    """Extend the free ends of a cable to the edge of the mask."""
+    """Extend the free ends of a cable to the edge of the mask, and those at a branch point to it."""
     branches = matching.branches
     tail = int(_TAIL_WIDTHS * graph.width) + 8
     for end, at_start in ((chain[0], True), (other_end(chain[-1]), False)):
         spans = pieces[0].spans if at_start else pieces[-1].spans
-        if branches.nodes[end] >= 0:
+        if end in branch_points:
+            _lead_to(branch_points[end][0], graph, branches, end, spans, at_start, buffer)
+        elif branches.nodes[end] >= 0:
             _extend_through_junction(mask, graph, matching, axes, end, spans, at_start, buffer)
         elif branches.nodes[end] == UNAVAILABLE:
             _extend_inside(mask, graph.width, branches, end, spans, at_start, buffer)
@@ -198,12 +202,38 @@ def _lead_on(spans: list[Span], at_start: bool, ray: FloatArray, length: float, 
         spans.append((first, last, 1))
 
 
+def _lead_to(
+    place: FloatArray,
+    graph: Graph,
+    branches: Branches,
+    end: int,
+    spans: list[Span],
+    at_start: bool,
+    buffer: Points,
+) -> None:
+    """Lead a cable from where it is clear of a junction straight to the branch point there."""
+    k = 0 if at_start else -1
+    first, last, step = spans[k] = _clear_of_junction(graph, branches, end, spans[k])
+    if first != last:
+        here = branches.points[first if at_start else last - step]
+        length = float(np.hypot(*(place - here)))
+        way = (place - here) / max(length, 1e-9)
+        at = np.append(np.arange(1.0, length), length)
+        added, stop, _ = buffer.add(here + at[:, None] * way, 0.5 * graph.width)
+        if at_start:
+            spans.insert(0, (stop - 1, added - 1, -1))
+        else:
+            spans.append((added, stop, 1))
+
+
 def _clear_of_junction(graph: Graph, branches: Branches, end: int, span: Span) -> Span:
     """Cut off the points inside the junction at an end from a span of its branch; return other spans as they are."""
     first, last, step = span
     low, high = (first, last) if step == 1 else (last + 1, first + 1)
     branch = branch_of(end)
-    if low < graph.offsets[branch] or high > graph.offsets[branch + 1]:  # the branch is too short to have a piece
+    if (
+        branch >= graph.branch_count or low < graph.offsets[branch] or high > graph.offsets[branch + 1]
+    ):  # the branch is too short to have a piece
         return span
     start, stop = branches.spans[branch]
     if is_start(end):

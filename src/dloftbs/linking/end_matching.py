@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from dloftbs.data.graph import UNAVAILABLE, Graph, branch_of, ends_of, is_start,
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence import EndEvidence
 from dloftbs.kernels.tracing import measure_radius
+from dloftbs.linking.branch_weights import BRANCH_END
 from dloftbs.linking.joint_evidence import add_evidence, are_shared
 from dloftbs.linking.kernels import branch_overlap, end_matching
 from dloftbs.linking.kernels.hidden_gaps import match_with_hiding
@@ -81,6 +83,9 @@ def match_ends(
     max_gap_widths: float,
     prior: TemporalPrior | None = None,
     evidence: EndEvidence | None = None,
+    *,
+    branched: bool = False,
+    unshared: Sequence[int] = (),
 ) -> EndMatching:
     """Join the ends of a graph so that the cables bend the least, and few ends stay open.
 
@@ -95,13 +100,18 @@ def match_ends(
         that are known not to hang together are none.
     evidence : EndEvidence, optional
         What the frame shows of the stretch between the ends of a gap.
+    branched : bool
+        Whether an end that stays open at a junction may be that of a branch.
+    unshared : sequence of int
+        Branches that no two cables share.
 
     Returns
     -------
     EndMatching
     """
     mask = crop.oriented(crop.pixels)
-    duplicates, partial, gains, reach, raw_radius = _find_shared(graph, mask)
+    open_there = BRANCH_END if branched else float(OPEN[OPEN_JUNCTION])
+    duplicates, partial, gains, reach, raw_radius = _find_shared(graph, mask, open_there, unshared, branched=branched)
     ends = list_ends(graph, duplicates, partial)
     points, radius, spans = _own_points(graph, duplicates, partial, reach)
     more = max(UNCLEAR, 0.0 if prior is None else PRIOR_BONUS)
@@ -112,6 +122,8 @@ def match_ends(
         keep = ~prior.are_apart(ends.states, rows, columns)
         rows, columns, joints = rows[keep], columns[keep], joints[keep]
     costs, open_cost = prices(joints, JOINT), prices(opens, OPEN)
+    if branched:
+        open_cost = np.where(opens[:, OPEN_JUNCTION] > 0.0, open_there, open_cost)
     if evidence is not None and evidence.has_labels:
         pairs = np.stack((rows, columns), axis=1)
         known = ~are_shared(ends.ids)[pairs].any(axis=1)  # the label there is of the one on top
@@ -259,13 +271,21 @@ def _own_points(
     return np.concatenate(points), np.concatenate(radius), spans
 
 
-def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8]) -> tuple[_Ints, _Ints, _Floats, _Ints, _Floats | None]:
+def _find_shared(
+    graph: Graph, mask: npt.NDArray[np.uint8], open_there: float, unshared: Sequence[int], *, branched: bool
+) -> tuple[_Ints, _Ints, _Floats, _Ints, _Floats | None]:
     """Find the branches that two cables share.
 
     Parameters
     ----------
     graph : Graph
     mask : (H, W) uint8
+    open_there : float
+        Cost of an end that stays open at a junction, nats.
+    unshared : sequence of int
+        Branches that are not shared.
+    branched : bool
+        Whether objects may branch: then none ends inside of a branch.
 
     Returns
     -------
@@ -280,11 +300,11 @@ def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8]) -> tuple[_Ints, _Int
     """
     spans, width = graph.spans, graph.width
     junctions = first, members, _, _ = junction_costs(graph.nodes, graph.spurs, graph.end_states, width)
-    open_cost = np.full(len(graph.nodes), OPEN[OPEN_JUNCTION])
+    open_cost = np.full(len(graph.nodes), open_there)
     open_cost[graph.spurs.repeat(2)] = 0.0
     is_cable = ~graph.spurs[branch_of(members)]
     sets, slots = np.concatenate(([0], np.cumsum(is_cable)))[first], members[is_cable]
-    unresolved = end_matching.least_costs(sets, slots, graph.nodes, open_cost, *junctions) >= OPEN[OPEN_JUNCTION]
+    unresolved = end_matching.least_costs(sets, slots, graph.nodes, open_cost, *junctions) >= open_there
     none = np.empty(0, dtype=np.int64)
     if not unresolved.any():
         return none, none, np.empty(0), none, None
@@ -294,6 +314,9 @@ def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8]) -> tuple[_Ints, _Int
     paths, inside, path_cost = branch_overlap.list_paths(
         graph.nodes, graph.spurs, unresolved, reach, spans, widths, width, *junctions
     )
+    if branched:
+        keep = ~inside & ~np.isin(branch_of(paths), unshared).any(axis=1)  # behind the last one is branch -1
+        paths, path_cost, inside = paths[keep], path_cost[keep], inside[keep]
     if len(paths) == 0:
         return none, none, np.empty(0), none, None
     sets, slots, changes = branch_overlap.changed_junctions(paths, inside, graph.nodes, first, members)

@@ -31,7 +31,7 @@ def choose(
     dropped : tuple of Dropped
         Objects that are long enough, but are rather no cables, or exceed the number.
     """
-    found = [line for line in lines if _length(line) >= _least(line, config)]
+    found = [line for line in lines if _length(line) >= _least(line, config) or line.branch_ends != (None, None)]
     if isinstance(config, LinkingConfig):  # the published method believes in all
         found = with_existence(found)
     kept, why = set(range(len(found))), ""
@@ -47,7 +47,7 @@ def choose(
 
 def _find_debris(lines: Sequence[Centerline], least: float, predicted: Sequence[Prediction]) -> set[int]:
     """Return which objects are less probably than that a cable, be it by themselves or one that is expected."""
-    doubtful = [k for k, line in enumerate(lines) if line.existence < least]
+    doubtful = [k for k, line in enumerate(lines) if line.existence < least and line.branch_ends == (None, None)]
     expected = expectations_of([lines[k] for k in doubtful], predicted)
     none = [(1.0 - lines[k].existence) * (1.0 - share) for k, share in zip(doubtful, expected, strict=True)]
     return {k for k, probability in zip(doubtful, none, strict=True) if 1.0 - probability < least}

@@ -35,7 +35,7 @@ def with_ends_that_go_on(lines: Sequence[Centerline], soft: _Plane, limit: int) 
     """
     found, is_more = [], False
     for line in lines:
-        ends = () if line.closed else (0.0, 1.0)
+        ends = () if line.closed else [u for u, met in zip((0.0, 1.0), line.branch_ends, strict=True) if met is None]
         ahead = {u: least_ahead(line.points, u == 1.0, soft, line.width_px, limit) for u in ends}
         is_more = is_more or any(value >= LEAST_PROBABLE for value in ahead.values())
         seen = {u: value for u, value in ahead.items() if value > 0}

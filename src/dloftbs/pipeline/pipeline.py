@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -24,6 +25,7 @@ from dloftbs.config import (
 from dloftbs.data.frame import Frame, as_frame
 from dloftbs.data.frame_region import Region
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.harness import find_harnesses
 from dloftbs.data.stage_trace import StageTrace
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
@@ -42,7 +44,7 @@ from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.values import count_of, shown
-from dloftbs.tracking import Tracker
+from dloftbs.tracking import HarnessIds, Tracker
 
 _log = logging.getLogger("dloftbs.pipeline")
 _NETWORK = ".onnx"  # suffix of a network's file
@@ -70,6 +72,8 @@ class Pipeline:
         region's edge as at the image's border, and results are in pixels of the whole image.
     mask_is : {"auto", "binary", "probability", "labels"}, optional
         What the values of masks are, in the place of `SegmentationConfig.mask_is`; see `Frame`.
+    branched : bool, optional
+        Whether objects may branch, as wiring harnesses do, in the place of `LinkingConfig.branched`.
 
     Raises
     ------
@@ -95,8 +99,9 @@ class Pipeline:
         segmenter: Segmenter | str | os.PathLike[str] | None = None,
         roi: RoiLike | None = None,
         mask_is: str | None = None,
+        branched: bool | None = None,
     ) -> None:
-        self._config = choose_config(config, hsv, objects, roi, mask_is)
+        self._config = choose_config(config, hsv, objects, roi, mask_is, branched)
         if segmenter is not None and hsv is not None:
             raise InputError("give either hsv or a segmenter, got both")
         roi = self._config.region.roi
@@ -109,6 +114,7 @@ class Pipeline:
         tracking = self._config.tracking
         self._gate = MaskGate(tracking) if isinstance(tracking, TrackingConfig) else None
         self._depth_edges = DepthEdges()
+        self._harness_ids = HarnessIds()
         self._size: tuple[int, int] | None = None
         self._region: Region | None = None
         self._next_index = 0
@@ -190,6 +196,10 @@ class Pipeline:
             self._gate.accept(run.share, frame.stamp, shows_tracks=shows_tracks)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         result = _result(frame, run, tracks)
+        if result.harnesses:
+            named = self._harness_ids.update(result.harnesses, tracks)
+            points = tuple([point for harness in named for point in harness.branch_points])
+            result = replace(result, harnesses=named, branch_points=points)
         result = result if region is None else WholeImage(region, whole).result(result)
         return result if whole.grippers is None else with_held_ends(result, whole.grippers, whole.camera)
 
@@ -227,6 +237,7 @@ class Pipeline:
         self._doubted = self._has_unit = False
         self._mask = self._masked = self._size = None
         self._tracker.reset()
+        self._harness_ids.reset()
         self._reset_scene()
 
     def _reset_scene(self) -> None:
@@ -309,6 +320,7 @@ def _checked_unit(run: StageRun, frame: Frame) -> bool:
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:
+    branch_points, harnesses = find_harnesses(run.detections) if run.is_branched else ((), ())
     return FrameResult._unchecked(
         run.detections,
         tracks,
@@ -321,6 +333,8 @@ def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame 
         run.crossings,
         run.dropped,
         kept,
+        branch_points=branch_points,
+        harnesses=harnesses,
     )
 
 

@@ -61,6 +61,7 @@ class StageRun:
     dropped: tuple[Dropped, ...] = ()
     reason: str | None = None
     is_taken_for_soft: bool = False
+    is_branched: bool = False
     has_failed: bool = False
 
 
@@ -181,7 +182,9 @@ def run_stages(
         limit, part = lower
         last = _read(part, limit, task.share_of(part), task)
         best = max(best, last, key=lambda reading: sureness(reading.lines))
-    run, lines = replace(best.run, share=share, is_taken_for_soft=is_taken_for_soft), best.lines
+    is_branched = isinstance(config.linking, LinkingConfig) and config.linking.branched
+    run = replace(best.run, share=share, is_taken_for_soft=is_taken_for_soft, is_branched=is_branched)
+    lines = best.lines
     if not lines:
         return run
     assert run.crop is not None
@@ -256,7 +259,7 @@ def _link_as_published(
 def _link_by_bending(crop: MaskCrop, skeleton: Skeleton, linking: LinkingConfig, task: _Task) -> _Linked:
     """Link the branches by the default method."""
     frame, config, _, predicted, soft, labels, clock = task
-    graph, found = build_graph(crop, skeleton, config.segments.max_segments)
+    graph, found = build_graph(crop, skeleton, config.segments.max_segments, branched=linking.branched)
     clock.lap("segments")
     if graph is None:
         return _Linked([], too_many(found, config.segments.max_segments))

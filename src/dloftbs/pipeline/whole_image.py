@@ -10,12 +10,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.data.centerline import Centerline, Joint, NearJoint, Segment
+from dloftbs.data.centerline import BranchEnd, Centerline, Joint, NearJoint, Segment
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Crossing, Detection
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_region import Region
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.harness import BranchPoint
 from dloftbs.data.stage_trace import StageTrace
 from dloftbs.data.tracks import Track
 from dloftbs.support.arrays import FloatArray, frozen
@@ -38,8 +39,15 @@ class WholeImage:
 
     def result(self, found: FrameResult) -> FrameResult:
         """Return a result as that of the whole frame."""
+        detections = tuple([self._detection(one) for one in found.detections])
+        harnesses = tuple(
+            [
+                replace(one, detections=detections, branch_points=tuple(map(self._branch_point, one.branch_points)))
+                for one in found.harnesses
+            ]
+        )
         return FrameResult._unchecked(
-            tuple([self._detection(one) for one in found.detections]),
+            detections,
             tuple([self._track(one) for one in found.tracks]),
             found.reason,
             self.region.image_size,
@@ -51,6 +59,8 @@ class WholeImage:
             tuple([replace(one, centerline=self._centerline(one.centerline)) for one in found.dropped]),
             None if found.frame is None else self.frame,
             self.region.roi,
+            tuple([point for one in harnesses for point in one.branch_points]),
+            harnesses,
         )
 
     def trace(self, made: StageTrace) -> StageTrace:
@@ -105,6 +115,14 @@ class WholeImage:
         moved.__dict__.update(found.__dict__, position=(x + left, y + top))
         return moved
 
+    def _branch_point(self, found: BranchPoint) -> BranchPoint:
+        (x, y), (left, top) = found.position, self.region.origin
+        return replace(found, position=(x + left, y + top))
+
+    def _branch_end(self, met: BranchEnd | None) -> BranchEnd | None:
+        left, top = self.region.origin
+        return None if met is None else replace(met, point=(met.point[0] + left, met.point[1] + top))
+
     def _camera(self, known: PinholeCamera | None) -> PinholeCamera | None:
         return None if known is None else self.frame.camera
 
@@ -123,6 +141,7 @@ class WholeImage:
                 segments=tuple([self._segment(one) for one in line.segments]),
                 joints=tuple([self._joint(one) for one in line.joints]),
                 near_joints=tuple([self._near_joint(one) for one in line.near_joints]),
+                branch_ends=tuple([self._branch_end(one) for one in line.branch_ends]),
             )
             kept = self._moved[id(line)] = line, moved
         assert isinstance(kept[1], Centerline)

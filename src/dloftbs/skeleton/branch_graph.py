@@ -32,6 +32,12 @@ _SPECK_WIDTHS2 = 0.3
 Source: by hand.
 """
 
+_LONGEST_MITRE_WIDTHS = 3.0
+"""Length beyond which a branch between two others is no corner of a cable, where objects may branch, widths.
+
+Source: geometry; the mitre of a bend by 150 degrees is as long.
+"""
+
 _BORDER_WIDTHS = 0.5
 """Distance from the image's border within which an end is cut by it, widths; `_BORDER_PX` is added.
 
@@ -57,7 +63,9 @@ Source: by hand; half of `_KINK_RAD`.
 """
 
 
-def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[Graph | None, int]:
+def build_graph(
+    crop: MaskCrop, skeleton: Skeleton, max_branches: int, *, branched: bool = False
+) -> tuple[Graph | None, int]:
     """Turn a skeleton into a graph.
 
     Parameters
@@ -66,6 +74,8 @@ def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[
     skeleton : Skeleton
     max_branches : int
         With more branches than this there is no graph: it is noise. Sharp bends that would make more stay uncut.
+    branched : bool
+        Whether objects may branch: then a branch between two others is no fold of one cable.
 
     Returns
     -------
@@ -97,7 +107,13 @@ def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[
         radii = np.concatenate((radii, np.minimum(radius[kinks], width)))
     spans = branch_ends.clear_spans(nodes, centres, radii, points, radius, offsets, width)
     states = branch_ends.describe_ends(nodes, centres, radii, points, radius, offsets, spans, width)
+    before = alive.copy()
     corners = find_corners(nodes, alive, spurs, states, centres, points, radius, offsets, mask, width)
+    if branched:
+        folds = np.flatnonzero(before & ~alive & (np.diff(offsets)[: len(alive)] > _LONGEST_MITRE_WIDTHS * width))
+        alive[folds], spurs[folds] = True, False
+        for fold in folds.tolist():
+            corners[(corners >= offsets[fold]) & (corners < offsets[fold + 1])] = -1
     merged = kernels.assign_junctions(nodes, spans, alive, spurs, len(radii), _MERGE_WIDTHS * width)
     roundness = branch_ends.measure_roundness(merged, points, spans, states, mask, width)
     reach = _BORDER_WIDTHS * width + _BORDER_PX

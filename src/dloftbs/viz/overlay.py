@@ -72,6 +72,8 @@ def draw(
     pen = style.scaled(picture.shape)
     paint_region(picture, outline_of(result), pen)
     paint_items(picture, items_of(result, style), pen, control_points=control_points)
+    points = [np.array(point.position) for point in result.branch_points]
+    shapes.paint(picture, [shapes.ring(at, 1.6 * pen.marker_px, pen.paper, pen.line_px) for at in points], pen)
     write_reason(picture, result, pen)
     return picture
 

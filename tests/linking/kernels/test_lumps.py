@@ -91,7 +91,9 @@ def test_it_is_what_arrays_say(seed: int) -> None:
     pixels = mask.astype(np.uint8)
     points = np.concatenate([lines[0], lines[1]])
     spans = np.array([(0, 200, 1), (200, 560, 1), (560 + 799, 559, -1)])
-    found = course_confidence(pixels, points, spans, np.array([0, 2, 3]), 1, np.array((width, width)))
+    found = course_confidence(
+        pixels, points, spans, np.array([0, 2, 3]), 1, np.array((width, width)), np.zeros((1, 2), bool)
+    )
     wanted = slowly(pixels, lines[0], False, width), slowly(pixels, lines[1][::-1], True, width)
     assert found.tolist() == pytest.approx(wanted, abs=1e-9)
 

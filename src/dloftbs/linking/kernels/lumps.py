@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import float64, int64, uint8
+from numba import boolean, float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
@@ -149,7 +149,9 @@ def _goes_on(
     return False
 
 
-@kernel(read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), int64, read(float64, 1))
+@kernel(
+    read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), int64, read(float64, 1), read(boolean, 2)
+)  # fmt: skip
 def course_confidence(
     mask: npt.NDArray[np.uint8],
     points: npt.NDArray[np.float64],
@@ -157,6 +159,7 @@ def course_confidence(
     parts: npt.NDArray[np.int64],
     n_open: int,
     widths: npt.NDArray[np.float64],
+    meets: npt.NDArray[np.bool_],
 ) -> npt.NDArray[np.float64]:
     """Return the probability that the course of each line is that of one object, by the shape of the mask about it.
 
@@ -179,6 +182,8 @@ def course_confidence(
         The first `n_open` lines have ends, the rest are loops.
     widths : (n,) float64
         Of the lines, px.
+    meets : (n_open, 2) bool
+        Whether a line's start and its end lie in a branch point, where the mask goes on.
 
     Returns
     -------
@@ -206,6 +211,8 @@ def course_confidence(
             around = length
         else:
             for way in (1, -1):
+                if meets[line, (1 - way) // 2]:
+                    continue
                 sure[line] *= _ON_ANOTHER if _goes_on(mask, points, order[:visited], way, widths[line]) else 1.0
         widest, passage = widths[line], 1.0
         for k in range(count):
