@@ -154,7 +154,7 @@ HEAD = """# How sure each point is
 of a few terms (`dloftbs.data.deviation`). `python -m benchmarks.fit_deviation` fits their weights, so that the shares
 within one and two deviations are near to 68 and 95 %, and writes this page. Each source is left out of the fit that it
 is judged by, and judged on other seeds. Errors of clean masks are those of the pixels' grid, and have no tail: there
-nearly all is within two deviations. The drawings of *rgb*, and of the part of *noise* that is made of them, lie 0.14 px
+nearly all is within two deviations. The drawings of *rgb* lie 0.14 px
 beside their truth, which no mask shows; *rgb* is not fitted to. Points of an object whose course was read wrongly, up
 to 20 px away, count, too."""
 
