@@ -3,11 +3,13 @@ from __future__ import annotations
 import csv
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 import sinks.sink_examples as examples
 from builders import curve_through, detection_of, line
 
+import dloftbs
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
@@ -96,3 +98,20 @@ def test_samples_out_of_range(tmp_path, samples):
     with pytest.raises(InputError, match="samples"):
         CsvSink(tmp_path / "a.csv", samples=samples)
     assert not (tmp_path / "a.csv").exists()
+
+
+def test_branches_have_columns_on_request(tmp_path):
+    mask = np.zeros((240, 320), np.uint8)
+    for start, stop in (((20, 120), (300, 120)), ((150, 120), (210, 20))):
+        cv2.line(mask, start, stop, 255, 10)
+    result = dloftbs.detect(mask, branched=True)
+    with CsvSink(tmp_path / "a.csv", samples=2, branches=True) as sink:
+        sink.write(Frame(mask=mask), result)
+        sink.write(Frame(mask=mask), dloftbs.detect(mask))
+    rows = table(tmp_path / "a.csv")
+    (harness,) = result.harnesses
+    branched, plain = rows[: 2 * len(result)], rows[2 * len(result) :]
+    assert [row["harness"] for row in branched] == ["0"] * 2 * len(result)
+    assert [int(row["branch"]) for row in branched[::2]] == [harness.branches.index(k) for k in range(len(result))]
+    assert {row["harness"] + row["branch"] for row in plain} == {""}
+    assert all(None not in row and None not in row.values() for row in rows)

@@ -14,7 +14,7 @@ from dloftbs import sinks
 from dloftbs._version import __version__
 from dloftbs.cli.answer_options import NO_ANSWERS, Answers
 from dloftbs.cli.options import STANDARD_OUTPUT
-from dloftbs.config import Config
+from dloftbs.config import Config, LinkingConfig
 from dloftbs.data.answers import with_answers
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
@@ -49,21 +49,23 @@ def open_outputs(
     with_input: bool = False,
     pose: FloatArray | None = None,
     answers: Answers = NO_ANSWERS,
+    config: Config | None = None,
 ) -> MultiSink:
     """Open a sink for each path, ``"-"`` being standard output, and gather them with those that are open already.
 
     Recordings of ROS hold the input, too, where `with_input` says so. Scenes for simulators are in the world in which
-    the camera has a `pose`.
+    the camera has a `pose`. Tables have columns for branches where objects branch by the `config`.
 
     Raises
     ------
     InputError, SinkError
         As `dloftbs.sinks.open` and `MultiSink`; then all are closed.
     """
+    branched = config is not None and isinstance(config.linking, LinkingConfig) and config.linking.branched
     with ExitStack() as stack:
         opened = [stack.enter_context(sink) for sink in more]
         for path in paths:
-            opened.append(stack.enter_context(_open_data(path, with_input, pose, answers)))
+            opened.append(stack.enter_context(_open_data(path, with_input, pose, answers, branched)))
         together = MultiSink(opened)
         stack.pop_all()
     return together
@@ -75,7 +77,7 @@ def is_recording(path: str) -> bool:
     return suffix == sinks.BAG_SUFFIX or (path.endswith("/") and suffix != sinks.LABELME_SUFFIX)
 
 
-def _open_data(path: str, with_input: bool, pose: FloatArray | None, answers: Answers) -> Sink:
+def _open_data(path: str, with_input: bool, pose: FloatArray | None, answers: Answers, branched: bool) -> Sink:
     if path == STANDARD_OUTPUT:
         return StandardOutput(answers.kinds)
     if not is_recording(path):
@@ -83,7 +85,7 @@ def _open_data(path: str, with_input: bool, pose: FloatArray | None, answers: An
         if kind is sinks.JsonLinesSink:
             return sinks.JsonLinesSink(path, answers.kinds)
         if kind is sinks.CsvSink:
-            return sinks.CsvSink(path, bends=answers.limit is not None)
+            return sinks.CsvSink(path, bends=answers.limit is not None, branches=branched)
         return sinks.open(path, pose=pose) if kind in (sinks.UsdSink, sinks.MujocoSink) else sinks.open(path)
     from dloftbs.ros import BagSink
 

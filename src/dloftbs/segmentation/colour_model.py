@@ -55,7 +55,7 @@ _FOUND = 0.87
 """Least share of the cables beneath strokes, from edge to edge, that the colour finds where it alone decides; no more
 than the rest of it may be ground beside them.
 
-Source: by hand, on three sets of photographs: where others help, the colour finds .86 at most, mBEST's mostly have more.
+Source: by hand, on three sets of photographs: where others help, the colour finds .86 at most; mBEST's have more.
 """
 _WHOLE_SAMPLES = 2
 """Number of pictures whose samples of pixels are kept as they are; of more, each keeps its share.

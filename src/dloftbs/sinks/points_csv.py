@@ -44,6 +44,7 @@ _OF_POINTS = {
 _OF_BENDS = {"bend_radius_px": ".3f", "bend_radius_m": ".6f"}
 """Columns that are written on request, and how."""
 
+_OF_BRANCHES = ("harness", "branch")
 _OF_OBJECTS = ("frame", "stamp", "object", "state")
 HEADER = ",".join((*_OF_OBJECTS, *_OF_POINTS)) + "\n"
 
@@ -72,6 +73,9 @@ class CsvSink(PathSink):
     bends : bool
         Whether to write two columns more, the radius of the bend at each point: ``bend_radius_px`` in the image, and
         ``bend_radius_m`` in space, empty without a curve there; ``inf`` where it is straight.
+    branches : bool
+        Whether to write two columns more, of objects that branch: ``harness``, its id in a stream, else its number from
+        0, and ``branch``, the number of the object among its branches; empty where it is none of this frame's.
 
     Raises
     ------
@@ -81,21 +85,26 @@ class CsvSink(PathSink):
         If the file cannot be opened or written.
     """
 
-    def __init__(self, path: str | Path, samples: int = 100, *, bends: bool = False) -> None:
+    def __init__(self, path: str | Path, samples: int = 100, *, bends: bool = False, branches: bool = False) -> None:
         super().__init__(path)
         self._u = _even(samples)
         self._bends = check_flag("bends", bends)
+        self._branches = check_flag("branches", branches)
         self._file = AppendFile(self._path)
+        more = (*(_OF_BENDS if bends else ()), *(_OF_BRANCHES if branches else ()))
         try:
-            self._file.append((HEADER.replace("\n", f",{','.join(_OF_BENDS)}\n") if bends else HEADER).encode())
+            self._file.append(",".join((HEADER.rstrip("\n"), *more)).encode() + b"\n")
         except BaseException:
             self._file.close()
             raise
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         stamp = "" if result.stamp is None else repr(float(result.stamp))
+        branches = _branch_texts(result) if self._branches else {}
+        nothing = ",," if self._branches else ""
         rows = "".join(
-            _object_text(f"{result.index},{stamp}", row, self._u, self._bends) for row in object_rows(result)
+            _object_text(f"{result.index},{stamp}", row, self._u, self._bends, branches.get(row.number, nothing))
+            for row in object_rows(result)
         )
         self._file.append(rows.encode())
 
@@ -128,12 +137,21 @@ def _even(samples: int) -> FloatArray:
     return np.linspace(0.0, 1.0, samples)
 
 
-def _object_text(moment: str, row: ObjectRow, u: FloatArray, bends: bool) -> str:
+def _branch_texts(result: FrameResult) -> dict[int, str]:
+    """Return the last columns of each detection that is a branch, by its number."""
+    return {
+        detection: f",{number if harness.id is None else harness.id},{branch}"
+        for number, harness in enumerate(result.harnesses)
+        for branch, detection in enumerate(harness.branches)
+    }
+
+
+def _object_text(moment: str, row: ObjectRow, u: FloatArray, bends: bool, end: str) -> str:
     start = f"{moment},{row.name},{row.state}"
     points = _points(row, u) | (_bends(row, u) if bends else {})
     forms = _OF_POINTS | (_OF_BENDS if bends else {})
     columns = [[_text(value, form) for value in points[name].tolist()] for name, form in forms.items()]
-    return "".join([f"{start},{','.join(line)}\n" for line in zip(*columns, strict=True)])
+    return "".join([f"{start},{','.join(line)}{end}\n" for line in zip(*columns, strict=True)])
 
 
 def _text(value: float, form: str) -> str:

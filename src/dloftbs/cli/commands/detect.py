@@ -105,7 +105,10 @@ def detect(
     with (
         Ahead(batch.frames(limit)) as read,
         open_outputs(
-            outputs.data, *open_all_pictures(outputs.pictures, own.pipeline, answers=answers), answers=answers
+            outputs.data,
+            *open_all_pictures(outputs.pictures, own.pipeline, answers=answers),
+            answers=answers,
+            config=config,
         ) as sink,
         open_progress(shares_terminal=prints_to_terminal(outs)) as progress,
     ):

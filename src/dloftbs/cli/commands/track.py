@@ -170,4 +170,4 @@ def open_sink(
 
     # Another pipeline, since what is drawn is drawn in another thread.
     drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0, answers=answers)
-    return open_outputs(outputs.data, *drawn, with_input=with_input, pose=inputs.pose, answers=answers)
+    return open_outputs(outputs.data, *drawn, with_input=with_input, pose=inputs.pose, answers=answers, config=config)
