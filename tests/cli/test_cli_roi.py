@@ -8,7 +8,7 @@ import pytest
 import yaml
 from cli.cli_inputs import RED, mask, photo, run, save
 
-from dloftbs import Config
+from dloftbs import ColourModel, Config
 from dloftbs.sinks import read_json_lines
 
 ROI = "20,30,120,50"
@@ -107,8 +107,9 @@ def test_a_colour_is_learned_in_it(tmp_path):
     assert settings["region"] == {"roi": [10, 20, 180, 50]}
     shown = cv2.imread(str(overlay))
     assert np.array_equal(shown[80:], image[80:])  # nothing is cable there
-    share = (image[20:70, 10:190] == (0, 0, 255)).all(axis=2).mean()
-    assert f"{100 * share:.1f} % of the picture is cable" in result.stderr
+    found = ColourModel(Config.from_file(out).segmentation.colour)(image[20:70, 10:190])
+    assert (found != (image[20:70, 10:190] == (0, 0, 255)).all(axis=2)).mean() < 0.002
+    assert f"{100 * found.mean():.1f} % of the picture is cable" in result.stderr
     run("detect", path, "--config", out, "--out", tmp_path / "curves.jsonl")
     (row,) = read_json_lines(tmp_path / "curves.jsonl")
     assert len(row["detections"]) == 1

@@ -9,10 +9,11 @@ import sys
 import numpy as np
 import pytest
 
-from dloftbs.config import Config
+from dloftbs.config import Config, SegmentationConfig, Stroke
 from dloftbs.data.frame import Frame
 from dloftbs.kernels import compiler, preparation
 from dloftbs.pipeline.stages import kernel_rooms
+from dloftbs.segmentation import ColourModel
 
 START = """
 import logging, sys
@@ -45,16 +46,16 @@ def test_what_other_processes_compile_is_loaded(tmp_path):
         " sum(one._dispatcher.stats.cache_hits.total() for one in compiler._kernels))"
     )
     (compiled, again, hits), said = run(code, tmp_path)
-    assert (int(compiled), int(again)) == (4, 0)
+    assert (int(compiled), int(again)) == (8, 0)
     assert int(hits) >= 1, "a process has compiled some of them"
     assert said.count("compiling kernels, once") == 1
-    assert run(code, tmp_path) == (["0", "0", "4"], "")
+    assert run(code, tmp_path) == (["0", "0", "8"], "")
 
 
 @pytest.mark.slow
 def test_only_the_kernels_of_the_rooms_are_compiled(tmp_path):
     code = "print(preparation.prepare(['segmentation']), *sorted(compiler.count_missing()))"
-    assert run(code, tmp_path)[0] == ["3", "dloftbs_lab.evaluation.kernels.nearest_points"]
+    assert run(code, tmp_path)[0] == ["7", "dloftbs_lab.evaluation.kernels.nearest_points"]
 
 
 def test_a_block_that_ends_early_waits_for_nothing(tmp_path):
@@ -81,7 +82,7 @@ def test_rooms_that_are_ready_start_no_process(monkeypatch):
 @pytest.mark.slow
 def test_a_process_that_dies_costs_nothing_but_time(tmp_path, death):
     dying = f"import sys; sys.stdin.readline(); sys.stdin.readline(); {death}"
-    assert run(f"preparation._WORKER = {dying!r}\nprint(preparation.prepare())", tmp_path)[0] == ["4"]
+    assert run(f"preparation._WORKER = {dying!r}\nprint(preparation.prepare())", tmp_path)[0] == ["8"]
     assert run("print(preparation.prepare())", tmp_path)[0] == ["0"]
 
 
@@ -107,7 +108,7 @@ def test_no_process_starts_where_nothing_can_be_saved(tmp_path):
         "print(preparation.prepare(['segmentation']), *[len(one._dispatcher.signatures) for one in compiler._kernels])"
     )
     (count, *signatures), said = run(code, tmp_path / "unused")
-    assert (count, signatures) == ("0", ["1", "1", "1", "0"])
+    assert (count, signatures) == ("0", ["1"] * 7 + ["0"])
     assert said.count("cannot be saved") == 1
 
 
@@ -136,7 +137,13 @@ def test_rooms_that_are_loaded_are_not_looked_at_again(monkeypatch):
 @pytest.mark.parametrize(
     ("room", "modules"),
     [
-        ("segmentation", {f"dloftbs.segmentation.kernels.{name}" for name in ("colour_table", "plane_heights")}),
+        (
+            "segmentation",
+            {
+                f"dloftbs.segmentation.kernels.{name}"
+                for name in ("colour_table", "forest", "line_features", "pixel_features", "plane_heights")
+            },
+        ),
         ("segmentation.kernels.colour_table", {"dloftbs.segmentation.kernels.colour_table"}),
         ("kernels", set()),
         ("segment", set()),
@@ -153,6 +160,13 @@ def test_a_frame_needs_the_rooms_that_its_stages_enter():
     assert "evidence" not in alone
     assert "lifting" not in alone
     assert "segmentation" not in alone
-    assert {"segmentation", "evidence"} <= set(kernel_rooms(Config(), Frame(image=image)))
+    coloured = set(kernel_rooms(Config(), Frame(image=image)))
+    assert {"segmentation.kernels.colour_table", "segmentation.kernels.plane_heights", "evidence"} <= coloured
+    assert "segmentation" not in coloured
+    strokes = Stroke(points=((10.0, 20.0), (50.0, 20.0)))
+    drawn = np.full((40, 60, 3), 90, np.uint8)
+    drawn[17:24] = (20, 20, 200)
+    colour = ColourModel.fit(drawn, [strokes]).to_config()
+    assert "segmentation" in kernel_rooms(Config(segmentation=SegmentationConfig(colour=colour)), Frame(image=image))
     assert {"evidence", "lifting", "camera"} <= set(kernel_rooms(Config(), Frame(mask=mask, depth=depth)))
     assert "published" in kernel_rooms(Config.paper(), Frame(mask=mask))

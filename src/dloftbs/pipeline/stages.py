@@ -130,7 +130,10 @@ def kernel_rooms(config: Config, frame: Frame) -> tuple[str, ...]:
     """Return the rooms with kernels that the stages enter on such a frame, in their order."""
     rooms = ["kernels", "cleaning", "skeleton"]
     if frame.mask is None:
-        rooms.insert(0, "segmentation")
+        colour = config.segmentation.colour
+        by_pixels = colour is not None and any(picture.pixels for picture in colour.pictures)
+        parts = () if by_pixels else (".kernels.colour_table", ".kernels.plane_heights")
+        rooms[:0] = [f"segmentation{part}" for part in parts] or ["segmentation"]
     if frame.image is not None or frame.depth is not None or frame.occluders is not None:
         rooms.append("evidence")
     rooms += ["published" if isinstance(config.linking, GreedyLinkingConfig) else "linking", "fitting"]
