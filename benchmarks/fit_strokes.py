@@ -113,7 +113,7 @@ def _cases(groups: Sequence[Sequence[Picture]]) -> Iterator[_Case]:
 
 def _fit(cases: Sequence[_Case]) -> tuple[Trees, float]:
     """Return trees and the log-odds before them."""
-    from sklearn.ensemble import HistGradientBoostingClassifier  # type: ignore[import-untyped]
+    from sklearn.ensemble import HistGradientBoostingClassifier
 
     boosted = HistGradientBoostingClassifier(
         max_iter=60, max_depth=4, learning_rate=0.12, early_stopping=False, random_state=0
