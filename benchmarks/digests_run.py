@@ -11,7 +11,7 @@ import json
 import struct
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import Field, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -104,9 +104,19 @@ def add(digest: Any, value: Any) -> None:
             for part in value:
                 add(digest, part)
         case _ if is_dataclass(value):
-            add(digest, tuple(getattr(value, one.name) for one in fields(value) if one.name != _TIMES))
+            held = ((one, getattr(value, one.name)) for one in fields(value) if one.name != _TIMES)
+            add(digest, tuple(part for one, part in held if not _is_left_out(one, part)))
         case _:
             raise TypeError(f"no digest of {type(value).__name__}")
+
+
+def _is_left_out(one: Field[Any], part: Any) -> bool:
+    """Return whether a field holds nothing, as it does by default: one that is new is then no other result."""
+    return _is_nothing(part) and (one.default_factory is tuple or _is_nothing(one.default))
+
+
+def _is_nothing(value: Any) -> bool:
+    return value is None or (isinstance(value, tuple) and all(map(_is_nothing, value)))
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 import sys
+from dataclasses import make_dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -189,6 +190,19 @@ def test_a_digest_of_results_tells_values_apart_to_the_last_bit(other):
     digests_run.add(one, 0.0)
     digests_run.add(second, other)
     assert one.digest() != second.digest()
+
+
+def test_a_digest_of_results_leaves_out_what_holds_nothing_by_default():
+    def digest(value):
+        found = hashlib.sha256()
+        digests_run.add(found, value)
+        return found.digest()
+
+    old = make_dataclass("Old", [("a", float), ("b", int | None, None)])
+    new = make_dataclass("New", [("a", float), ("c", tuple, (None, None)), ("b", int | None, None)])
+    assert digest(old(1.0)) == digest(new(1.0)) == digest(new(1.0, ()))
+    assert digest(old(1.0, 2)) == digest(new(1.0, (), 2))
+    assert len({digest(one) for one in (old(1.0), old(1.0, 0), new(1.0, (None, 3)), new(2.0))}) == 4
 
 
 def test_a_digest_of_results_is_of_values_and_not_of_times():
