@@ -50,7 +50,7 @@ class Answers:
 
     @property
     def draw(self) -> Callable[[Frame, FrameResult], Picture] | None:
-        """What draws overlays with the answers in them, or None where there are none to draw."""
+        """Function that draws overlays with the answers in them; None where there are none to draw."""
         if self.limit is None and "std" not in self.kinds:
             return None
         return self._draw

@@ -41,8 +41,7 @@ class ObjectShape:
         width = self._known_width()
         if width is None or self.curve_3d is None or self.camera is None:
             return None
-        depth = float(np.median(self.curve_3d.sample(_SAMPLES)[:, 2]))
-        return width * depth / math.sqrt(self.camera.fx * self.camera.fy)
+        return width_in_space(width, self.curve_3d, self.camera)
 
     def bend_radius(self, u: npt.ArrayLike) -> FloatArray:
         """Return the radius of the bend of `curve`, shape (...), px; waves too short for its width are noise.
@@ -100,7 +99,7 @@ class ObjectShape:
         widths_m = self.width_m, other.width_m
         if widths_m[0] is not None and widths_m[1] is not None:
             u, u_other, apart = self._in_space().distance(other._in_space())
-            unsure = float(np.hypot(self._std_or_none(u), other._std_or_none(u_other)))
+            unsure = float(np.hypot(self._std_or_0(u), other._std_or_0(u_other)))
             return apart <= 0.5 * (widths_m[0] + widths_m[1]) + unsure
         widths = self._known_width(), other._known_width()
         if widths[0] is None or widths[1] is None:
@@ -109,11 +108,11 @@ class ObjectShape:
 
     def curve_std(self, u: npt.ArrayLike) -> FloatArray:
         """Return the standard deviation of points of `curve` across it; see the classes."""
-        raise NotImplementedError
+        raise NotImplementedError  # a detection has it, and a track that of its detection
 
     def curve_3d_std(self, u_3d: npt.ArrayLike) -> FloatArray:
         """Return the standard deviation of points of `curve_3d` across it; see the classes."""
-        raise NotImplementedError
+        raise NotImplementedError  # as above
 
     def _known_width(self) -> float | None:
         """Return the width in the image, px, which classes have as a field or as a property."""
@@ -126,12 +125,18 @@ class ObjectShape:
             raise InputError("there is no curve in space" + (f": {reason}" if reason else ""))
         return self.curve_3d
 
-    def _std_or_none(self, u_3d: float) -> float:
-        """Return the deviation in space at a place, 0 where it is not known."""
+    def _std_or_0(self, u_3d: float) -> float:
+        """Return the deviation in space at a place; 0 for a track without a detection, of which it is not known."""
         try:
             return float(self.curve_3d_std(u_3d))
         except InputError:
             return 0.0
+
+
+def width_in_space(width_px: float, curve_3d: BSplineCurve, camera: PinholeCamera) -> float:
+    """Return the width, metres, that a width in the image has at the middle of the depths of a curve in space."""
+    depth = float(np.median(curve_3d.sample(_SAMPLES)[:, 2]))
+    return width_px * depth / math.sqrt(camera.fx * camera.fy)
 
 
 def _wave(curve: BSplineCurve, width: float | None) -> float:

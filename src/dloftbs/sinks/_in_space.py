@@ -7,19 +7,16 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.object_shape import width_in_space
 from dloftbs.errors import InputError, SinkError
 from dloftbs.sinks._rows import ObjectRow, object_rows
 from dloftbs.support.arrays import FloatArray
 
 logger = logging.getLogger("dloftbs.sinks")
-
-_DEPTH_SAMPLES = 200
 
 
 class SpaceObject(NamedTuple):
@@ -56,8 +53,7 @@ class SpaceObject(NamedTuple):
         camera = camera or self.row.camera
         if camera is None:
             raise InputError("the radius of a tube needs the frame's camera, or radius_m; got neither")
-        depth_m = float(np.median(self.curve.sample(_DEPTH_SAMPLES)[:, 2]))
-        return 0.5 * self.detection.width_px * depth_m / math.sqrt(camera.fx * camera.fy)
+        return 0.5 * width_in_space(self.detection.width_px, self.curve, camera)
 
 
 def check_radius(radius_m: float | None) -> float | None:
