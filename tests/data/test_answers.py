@@ -105,7 +105,6 @@ def test_answers_go_with_each_object():
 
 
 def test_topology_is_a_key_of_the_result():
-    pytest.importorskip("dloftbs.topology")
     assert "topology" in with_answers(found(), ["topology"])
 
 

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import islice
-from types import TracebackType
 
+from dloftbs.cli.followed_stream import FollowedStream, StreamOptions
 from dloftbs.cli.frames import UsableFrames
 from dloftbs.cli.options import InputOptions
 from dloftbs.cli.stream_report import RunReport
-from dloftbs.cli.stream_run import StreamOptions
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources import Source
 from dloftbs.stereo import CameraRig, StereoPipeline
 from dloftbs.support.arrays import AnyArray
-from dloftbs.support.overlap import Ahead, Behind, cores
+from dloftbs.support.overlap import Ahead, cores
 
 _APART_S = 0.02
 """Largest difference of the times of two views of one moment where nobody knows the frame rate, seconds.
@@ -29,7 +28,7 @@ Source: by hand; less than half of the time between frames at 25 a second.
 Pair = tuple[Frame, Frame]
 
 
-class StereoRun:
+class StereoRun(FollowedStream[Pair]):
     """Two open streams and the report on them; a context manager that reads in its block, and closes the sources.
 
     Parameters
@@ -78,6 +77,7 @@ class StereoRun:
                 )
                 self._sources.append(stack.enter_context(source))
             stack.pop_all()
+        self.source = self._sources[0]
         self._frames = [
             UsableFrames(source, options.config, own, path, options.every)
             for source, own, path in zip(self._sources, inputs, where, strict=False)
@@ -89,63 +89,13 @@ class StereoRun:
         self._read = Ahead(self._wanted(), newest=self.source.live)
 
     @property
-    def source(self) -> Source:
-        """Source of the left stream."""
-        return self._sources[0]
-
-    @property
-    def fps(self) -> float | None:
-        """Frames per second of those that are used."""
-        return self.source.fps and self.source.fps / self._options.every
-
-    def __enter__(self) -> StereoRun:
-        self._read.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._read.__exit__(kind, error, trace)
-        self.report.skipped, self.report.missed = self._skipped, self._read.missed
-
-    @property
     def _skipped(self) -> int:
         return sum(frames.skipped for frames in self._frames)
 
-    def follow(
-        self,
-        write: Callable[[Frame, FrameResult], None],
-        *,
-        shown: Callable[[RunReport], None] = lambda report: None,
-        stop: Callable[[], bool] = lambda: False,
-    ) -> None:
-        """Track from moment to moment; what is written is the left view's result, with the rig's ids and curves.
-
-        Parameters
-        ----------
-        write, shown, stop
-            As `StreamRun.follow` has them.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            If it was stopped; what was read until then is written.
-        DloftbsError, Failure
-            As the sources and `write` do.
-        """
-
-        def add(done: tuple[Frame, FrameResult]) -> None:
-            write(*done)
-            self.report.skipped = self._skipped
-            self.report.add(done[1])
-            shown(self.report)
-
-        with Behind(add) as written:
-            for left, right in islice(self._read, self._options.limit):
-                result = self._pipeline.process([left, right])
-                written.put((replace(left, camera=self._pipeline.rig.cameras[0]), result.as_frame_result()))
-                if stop():
-                    raise KeyboardInterrupt
+    def _result_of(self, given: Pair) -> tuple[Frame, FrameResult]:
+        """Return the left frame and the left view's result, with the rig's ids and curves."""
+        result = self._pipeline.process(given)
+        return replace(given[0], camera=self._pipeline.rig.cameras[0]), result.as_frame_result()
 
     def check_frames(self) -> None:
         """Find out whether there was something to follow.

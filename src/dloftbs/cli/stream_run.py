@@ -2,51 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
+from collections.abc import Generator, Sequence
 from itertools import islice
 from types import TracebackType
 
+from dloftbs.cli.followed_stream import FollowedStream, StreamOptions
 from dloftbs.cli.frames import UsableFrames
-from dloftbs.cli.options import InputOptions
 from dloftbs.cli.stream_report import RunReport
-from dloftbs.config import Config
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SourceError
 from dloftbs.pipeline import Pipeline
 from dloftbs.pipeline.mask_faults import MaskSamples
 from dloftbs.support.arrays import AnyArray
-from dloftbs.support.overlap import Ahead, Behind, cores
+from dloftbs.support.overlap import Ahead, cores
 
 
-@dataclass(frozen=True)
-class StreamOptions:
-    """Options of reading and following a stream.
-
-    Parameters
-    ----------
-    inputs : InputOptions
-    config : Config
-    fps : float, optional
-        Frames per second, for stamps; as the source says without it.
-    every : int
-        Every so manieth frame is used.
-    limit : int, optional
-        Number of frames used, at most.
-    keep_messages : bool
-        As `sources.open` has it.
-    """
-
-    inputs: InputOptions
-    config: Config
-    fps: float | None = None
-    every: int = 1
-    limit: int | None = None
-    keep_messages: bool = False
-
-
-class StreamRun:
+class StreamRun(FollowedStream[Frame]):
     """An open stream and the report on it; a context manager that reads in its block, and closes the source.
 
     Parameters
@@ -83,66 +55,25 @@ class StreamRun:
         self._read = Ahead(self._wanted(), newest=self.source.live, in_turn=in_turn)
 
     @property
-    def fps(self) -> float | None:
-        """Frames per second of those that are used."""
-        return self.source.fps and self.source.fps / self._options.every
-
-    @property
     def mask(self) -> AnyArray | None:
         """Mask of the last frame that was tracked: of the one that is written, where all goes in turn."""
         return self._pipeline.mask
 
-    def __enter__(self) -> StreamRun:
-        self._read.__enter__()
-        return self
-
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._read.__exit__(kind, error, trace)
+        super().__exit__(kind, error, trace)
         if self._in_turn:
             self.source.close()  # by nobody yet, if no frame was asked for; else only the thread that reads may
-        self.report.skipped, self.report.missed = self._frames.skipped, self._read.missed
 
-    def follow(
-        self,
-        write: Callable[[Frame, FrameResult], None],
-        *,
-        shown: Callable[[RunReport], None] = lambda report: None,
-        stop: Callable[[], bool] = lambda: False,
-    ) -> None:
-        """Track from frame to frame.
+    @property
+    def _skipped(self) -> int:
+        return self._frames.skipped
 
-        Parameters
-        ----------
-        write : callable
-            Takes each frame and its result.
-        shown : callable
-            Takes the report after each frame.
-        stop : callable
-            Asked after each frame whether to end.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            If it was stopped; what was read until then is written.
-        DloftbsError, Failure
-            As the source and `write` do.
-        """
-
-        def add(done: tuple[Frame, FrameResult]) -> None:
-            write(*done)
-            self.report.skipped = self._frames.skipped
-            self.report.add(done[1])
-            shown(self.report)
-
-        with Behind(add, in_turn=self._in_turn) as written:
-            for frame in islice(self._read, self._options.limit):
-                result = self._pipeline.process(frame)
-                self._samples.add(self._pipeline.mask, result.detections, len(result.tracks))
-                written.put((frame, result))
-                if stop():
-                    raise KeyboardInterrupt
+    def _result_of(self, given: Frame) -> tuple[Frame, FrameResult]:
+        result = self._pipeline.process(given)
+        self._samples.add(self._pipeline.mask, result.detections, len(result.tracks))
+        return given, result
 
     def check_frames(self) -> None:
         """Find out whether there was something to follow.

@@ -5,8 +5,8 @@ from cli.cli_inputs import mask
 
 from dloftbs.cli.batch.input_list import list_inputs
 from dloftbs.cli.batch.settings import BatchSettings
+from dloftbs.cli.followed_stream import StreamOptions
 from dloftbs.cli.options import InputOptions
-from dloftbs.cli.stream_run import StreamOptions
 from dloftbs.config import Config
 
 SIZE = (60, 90)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from dloftbs._version import code_version
-from dloftbs.cli.stream_run import StreamOptions
+from dloftbs.cli.followed_stream import StreamOptions
 from dloftbs.support.json_text import encode
 
 _CHANGES_NO_RESULT = ("cli/", "ui/", "viz/")

@@ -106,8 +106,8 @@ def batch(
     from dloftbs.cli.batch.batch_report import BatchReport
     from dloftbs.cli.batch.input_list import list_inputs
     from dloftbs.cli.batch.settings import BatchSettings
+    from dloftbs.cli.followed_stream import StreamOptions
     from dloftbs.cli.places import READING
-    from dloftbs.cli.stream_run import StreamOptions
 
     if inputs.beside != inputs.rules:
         raise click.UsageError('in a batch, what goes with frames must be rules such as --masks "{stem}_mask.png"')

@@ -61,11 +61,12 @@ def diagnose(
     dloftbs diagnose run.mcap --topic /camera/color/image_raw --hsv red --stages stages
     """
     from dloftbs.cli.diagnosis import Diagnosis
+    from dloftbs.cli.followed_stream import StreamOptions
     from dloftbs.cli.frames import in_natural_order
     from dloftbs.cli.outputs import open_all_pictures
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
-    from dloftbs.cli.stream_run import StreamOptions, StreamRun
+    from dloftbs.cli.stream_run import StreamRun
     from dloftbs.pipeline import Pipeline
 
     outputs = plan_outputs((), {"--stages": stages}, InputFiles(where, context.params), config, is_one=limit == 1)

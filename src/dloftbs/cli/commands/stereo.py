@@ -117,11 +117,11 @@ def stereo(
     dloftbs stereo run.mcap --topic /left/image_rect --right-topic /right/image_rect --rig left.yaml
     --rig right.yaml --rectified --hsv red --out curves.ply
     """
+    from dloftbs.cli.followed_stream import StreamOptions
     from dloftbs.cli.outputs import is_recording, write_config
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
     from dloftbs.cli.stereo_run import StereoRun
-    from dloftbs.cli.stream_run import StreamOptions
     from dloftbs.stereo import CameraRig
 
     if len(where) != 2 and not (len(where) == 1 and (side_by_side or right_topic is not None)):

@@ -96,11 +96,12 @@ def track(
     dloftbs track masks/ --kind mask --fps 30 --out curves.npz
     dloftbs track run.mcap --topic /camera/color/image_raw --hsv 170:10 --out curves.mcap
     """
+    from dloftbs.cli.followed_stream import StreamOptions
     from dloftbs.cli.frames import in_natural_order
     from dloftbs.cli.outputs import is_recording, write_config
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
-    from dloftbs.cli.stream_run import StreamOptions, StreamRun
+    from dloftbs.cli.stream_run import StreamRun
 
     if view:
         require_page()
