@@ -21,7 +21,6 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp, softmax
 
 from dloftbs import Pipeline
-from dloftbs.config import TrackingConfig
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame import Frame
 from dloftbs.tracking import hypotheses, reading_weights, readings
@@ -175,7 +174,7 @@ def _curves(group: Group, reading: Reading, view: View) -> list[tuple[int | None
     for model in models:
         if model.id in reading:
             shown, after = reading[model.id], deepcopy(model)
-            update_seen(after, shown, view, TrackingConfig().min_hits, 1.0 / 30.0)
+            update_seen(after, shown, view, 1.0 / 30.0)
             curves.append((model.id, after.curve if after.visible is None else after.visible.curve))
     used = {index for shown in reading.values() for index in shown.detection_indices}
     return curves + [(None, one.curve) for one in observations if one.detection_index not in used]

@@ -120,7 +120,7 @@ CONFIGS = st.builds(
     lambda gap, knots, gate, hits: Config(
         linking=LinkingConfig(max_gap_widths=gap, objects=hits),
         fitting=FittingConfig(knots=None if knots is None else knots + type(knots)(2)),
-        tracking=TrackingConfig(gate=gate, min_hits=hits),
+        tracking=TrackingConfig(gate=gate),
     ),
     SMALL,
     st.none() | COUNTS,
@@ -250,7 +250,7 @@ def test_what_is_shown_of_any_value_is_one_short_line():
     result = pipeline.process(frame)
     assert len(result.crossings) == 1
     first = result[0]
-    tracker = dloftbs.Tracker(dloftbs.config.TrackingConfig(min_hits=1))
+    tracker = dloftbs.Tracker()
     tracker.update(result.detections)
     values = [
         frame, camera, result, *result.detections, *result.tracks, *result.crossings, first.curve, first.curve_3d,

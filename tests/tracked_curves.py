@@ -7,11 +7,11 @@ from builders import curve_through, detection_of, line, wave
 
 from dloftbs.config import TrackingConfig
 from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Detection
 from dloftbs.data.tracks import TrackState
 from dloftbs.tracking import Tracker
 
 TENTATIVE, CONFIRMED, HIDDEN = TrackState.TENTATIVE, TrackState.CONFIRMED, TrackState.HIDDEN
-AT_ONCE = TrackingConfig(min_hits=1)
 FRAME_S = TrackingConfig().frame_s
 _T = np.linspace(0.0, 1.0, 80)[:, None]
 OMEGA = np.hstack((np.cos(1.8 * np.pi * _T), np.sin(1.8 * np.pi * _T))) * 100.0
@@ -31,6 +31,12 @@ def level(y: float, length: float = 500.0) -> BSplineCurve:
 def see(tracker: Tracker, *curves: BSplineCurve):
     """Show the tracker one frame and return its tracks."""
     return tracker.update([detection_of(curve) for curve in curves])
+
+
+def doubtful(curve: BSplineCurve, existence: float) -> Detection:
+    """Return the detection of a curve that may be none, and that is read in one of several ways."""
+    written = detection_of(curve).to_dict()
+    return Detection.from_dict(written | {"existence": existence, "confidence": 0.3 * existence})
 
 
 def ids(tracks) -> list[int]:

@@ -32,7 +32,7 @@ CHANGED = Config(
     linking=LinkingConfig(objects=3, max_gap_widths=0.123456789012345678),
     fitting=FittingConfig(knots=40),
     lifting=LiftingConfig(min_depth_m=0.3, max_depth_m=1e6),
-    tracking=TrackingConfig(gate=0.3, min_hits=1, keep_lost_s=0.0),
+    tracking=TrackingConfig(gate=0.3, keep_lost_s=0.0),
 )
 
 EACH = [Config(), Config.paper(), CHANGED]
@@ -184,9 +184,9 @@ def test_nothing_is_proposed_for_a_key_like_no_other():
 
 def test_replace_follows_dotted_paths_and_leaves_the_original():
     original = Config()
-    replaced = original.replace({"linking.objects": 5, "fitting.knots": 40, "tracking": {"min_hits": 4}})
+    replaced = original.replace({"linking.objects": 5, "fitting.knots": 40, "tracking": {"gate": 0.4}})
     assert replaced == Config(
-        linking=LinkingConfig(objects=5), fitting=FittingConfig(knots=40), tracking=TrackingConfig(min_hits=4)
+        linking=LinkingConfig(objects=5), fitting=FittingConfig(knots=40), tracking=TrackingConfig(gate=0.4)
     )
     assert original == Config()
 

@@ -46,7 +46,6 @@ GOOD = [
     (LiftingConfig, "max_depth_m", [0.001, 1e9]),
     (PixelLiftingConfig, "max_depth_m", [0.001, 1e9]),
     (TrackingConfig, "gate", [1e-9, 5]),
-    (TrackingConfig, "min_hits", [1]),
     (TrackingConfig, "keep_lost_s", [0, 0.0]),
 ]
 
@@ -68,7 +67,6 @@ BAD = [
     (LiftingConfig, "max_depth_m", [0.0, -1.0, NAN, "1"]),
     (PixelLiftingConfig, "max_depth_m", [0.0, -1.0, NAN, "1"]),
     (TrackingConfig, "gate", [0, -1.0, NAN, "x", True]),
-    (TrackingConfig, "min_hits", [0, 2.0, True]),
     (TrackingConfig, "keep_lost_s", [-0.1, float("inf"), float("nan"), "1"]),
     (HsvRange, "hue", [(0, 180), (-1, 5), (5,), (1, 2, 3), [0, 10], (0, 10.0), (False, True), 5, None]),
     (SegmentationConfig, "hsv", [[], HsvRange(hue=(0, 1)), ((0, 1),), None]),

@@ -131,7 +131,7 @@ _FITTING = {
     "--camera": ("100,100,40,30", "ros.yaml", "opencv.yaml"),
     "--registration": ("ros.yaml",),
     "--config": ("settings.yaml",),
-    "--set": ("linking.objects=1", "lifting.method=pixels", "tracking.min_hits=1"),
+    "--set": ("linking.objects=1", "lifting.method=pixels", "tracking.gate=0.2"),
     "--hsv": ("170:10,80:255,60:255", "0:179"),
     "--depth-unit": ("0.001", "1"),
     "--out": DATA_OUTPUTS,

@@ -30,9 +30,7 @@ def _changes(rng: Rng) -> dict[str, Any]:
     changes: dict[str, Any] = {}
     if rng.random() < 0.2:
         changes["tracking.smoothing_s"] = float(rng.choice([0.01, 0.1, 3.0]))
-    if rng.random() < 0.2:
-        changes["tracking.min_hits"] = int(rng.integers(1, 6))
-    if rng.random() < 0.2:
+    if rng.random() < 0.3:
         changes["tracking.gate"] = float(rng.choice([1e-6, 0.3, 10.0]))
     if rng.random() < 0.2:
         changes["linking.objects"] = int(rng.integers(1, 5))

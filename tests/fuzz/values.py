@@ -196,7 +196,6 @@ GOOD_VALUES: dict[str, st.SearchStrategy[Any]] = {
     "fitting.knots": st.sampled_from([None, 2, 3, 25, 1000]),
     "fitting.tolerance_px": st.sampled_from([1e-12, 0.01, 5.0, 1e9]),
     "tracking.gate": st.floats(1e-9, 1e9),
-    "tracking.min_hits": st.integers(1, 50),
     "tracking.keep_lost_s": st.sampled_from([0.0, 1e-9, 1e9]),
     "tracking.smoothing_s": st.sampled_from([0.0, 1e-9, 0.1, 1e9]),
     "tracking.frame_s": st.sampled_from([1e-9, 1 / 30, 1e9]),

@@ -16,7 +16,7 @@ from dloftbs.tracking import Tracker
 def test_a_configuration_says_which_way_objects_are_followed():
     assert isinstance(make_tracker(Config().tracking), Tracker)
     assert isinstance(make_tracker(Config.paper().tracking), NearestTracker)
-    assert Config.from_dict({"tracking": {"min_hits": 3}}).tracking == TrackingConfig(min_hits=3)
+    assert Config.from_dict({"tracking": {"gate": 0.3}}).tracking == TrackingConfig(gate=0.3)
     assert Config.from_dict({"tracking": {"method": "nearest"}}).tracking == NearestTrackingConfig()
 
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from builders import detection_of
-from tracked_curves import AT_ONCE, ids, level, line
+from tracked_curves import ids, level, line
 
 from dloftbs.data.centerline import Joint, JointKind
 from dloftbs.data.frame import Frame
@@ -45,7 +45,7 @@ class TestIdentity:
     def test_two_that_change_places_keep_their_ids_by_colour(self, seen, colours):
         first, second = colours
         for with_image, expected in ((True, {1: 140, 2: 100}), (False, {1: 100, 2: 140})):
-            tracker = Tracker(AT_ONCE)
+            tracker = Tracker()
             for _ in range(seen):
                 see(tracker, (100, first), (140, second), with_image=with_image)
             tracks = see(tracker, (100, second), (140, first), with_image=with_image)
@@ -53,7 +53,7 @@ class TestIdentity:
 
     @pytest.mark.parametrize("seen", [2, 12])
     def test_another_one_in_its_place_is_another(self, seen):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for _ in range(seen):
             see(tracker, (100, RED))
         assert ids(see(tracker, (100, BLUE))) == [2]
@@ -62,13 +62,13 @@ class TestIdentity:
     @pytest.mark.parametrize("colour", [RED, BLUE, GREY, WHITE, BLACK])
     @pytest.mark.parametrize("light", [0.6, 1.05])
     def test_another_light_changes_no_id(self, colour, light):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for _ in range(5):
             see(tracker, (100, colour))
         assert ids(see(tracker, (102, colour), light=light)) == [1]
 
     def test_frames_without_an_image_agree_with_any(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         see(tracker, (100, RED))
         see(tracker, (100, RED), with_image=False)
         assert ids(see(tracker, (101, RED))) == [1]

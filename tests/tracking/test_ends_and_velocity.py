@@ -7,7 +7,6 @@ import pytest
 from builders import detection_of, line, loop, part, wave
 
 from dloftbs import BSplineCurve, EndKind, InputError, Track, Tracker, TrackState
-from dloftbs.config import TrackingConfig
 
 FREE, BORDER, HIDDEN = EndKind.FREE, EndKind.BORDER, EndKind.HIDDEN
 SIZE = (480, 640)
@@ -16,7 +15,7 @@ FRAME_S = 1 / 30
 
 def follow(curves: list[BSplineCurve], size: tuple[int, int] | None = SIZE) -> list[Track]:
     """Return the only track of each frame."""
-    tracker = Tracker(TrackingConfig(min_hits=1))
+    tracker = Tracker()
     result = []
     for k, curve in enumerate(curves):
         (track,) = tracker.update([detection_of(curve)], k * FRAME_S, size)
@@ -55,7 +54,7 @@ def test_an_end_that_is_covered_is_hidden() -> None:
 
 
 def test_all_of_a_lost_track_is_hidden() -> None:
-    tracker = Tracker(TrackingConfig(min_hits=1))
+    tracker = Tracker()
     for k in range(3):
         tracker.update([wave((2.0 * k, 0.0))], k * FRAME_S)
     assert tracker.update([], 3 * FRAME_S) == ()
@@ -132,7 +131,7 @@ def test_to_find_a_cable_elsewhere_along_itself_after_its_ends_were_hidden_is_no
 
 
 def test_the_velocity_in_space_is_in_metres() -> None:
-    tracker = Tracker(TrackingConfig(min_hits=1))
+    tracker = Tracker()
     tracks = []
     for k in range(8):
         z = 1.0 + 0.02 * k

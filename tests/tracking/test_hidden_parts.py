@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from builders import bent, curve_through, detection_of, line, loop, part, wave
-from tracked_curves import AT_ONCE, CONFIRMED, FRAME_S, SHAPES, error_px, ids, level, runs_like, see, shown_for
+from tracked_curves import CONFIRMED, FRAME_S, SHAPES, error_px, ids, level, runs_like, see, shown_for
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import TrackingConfig
@@ -27,7 +27,7 @@ class TestHidden:
     @pytest.mark.parametrize("flip", [False, True])
     @pytest.mark.parametrize("hidden", [(0.3, 0.5), (0.45, 0.75)])
     def test_two_parts_of_one_cable_are_one_track(self, hidden, flip):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, 10, wave())
         whole = wave((4.0, 2.0))
         first, second = part(whole, 0.0, hidden[0]), part(whole, hidden[1], 1.0)
@@ -41,7 +41,7 @@ class TestHidden:
     @pytest.mark.parametrize("span", [(0.0, 0.75), (0.25, 1.0)])
     def test_a_hidden_end_is_where_the_rest_says(self, shape, span):
         """The cable is carried and turned while a part of it is hidden."""
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for step in range(10):
             see(tracker, turned(SHAPES[shape], 0.004 * step))
         for step in range(10, 14):
@@ -58,7 +58,7 @@ class TestHidden:
     @pytest.mark.parametrize("end", [0, 1])
     def test_an_end_that_goes_little_by_little_is_not_made_up(self, end, flip):
         """With a mask alone that is what a cable looks like that tilts."""
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, 10, wave())
         for step in range(40):
             gone = 0.006 * step
@@ -68,7 +68,7 @@ class TestHidden:
             assert track.inferred == ()
 
     def test_what_is_seen_whole_is_published_as_it_was_detected(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for step in range(20):
             curve = wave((3.0 * step, step), phase=0.05 * step)
             (track,) = see(tracker, curve)
@@ -78,7 +78,7 @@ class TestHidden:
     @pytest.mark.parametrize("shape", SHAPES)
     @pytest.mark.parametrize("rate", [0.998, 0.99])
     def test_an_object_that_goes_away_from_the_camera_is_not_taken_for_hidden(self, shape, rate):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, 10, SHAPES[shape])
         for step in range(1, 60):
             curve = SHAPES[shape].transformed(np.eye(2) * rate**step, [0.5 * step, 0.0])
@@ -86,7 +86,7 @@ class TestHidden:
             assert error_px(track.curve, curve) < 0.01 * curve.length
 
     def test_a_curve_in_space_is_whole_too(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         curve, axis = level(0.0), line((0.0, 0.0, 1.0), (0.5, 0.0, 1.2))
         for _ in range(10):
             tracker.update([detection_of(curve, axis)])
@@ -101,7 +101,7 @@ class TestHidden:
         assert track.curve_3d is None
 
     def test_a_cable_hidden_for_a_second_is_found_again(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for step in range(10):
             see(tracker, wave((2.0 * step, 0.0)))
         shown_for(tracker, 30)
@@ -110,7 +110,7 @@ class TestHidden:
         assert runs_like(track.curve, wave())
 
     def test_what_leaves_the_image_ends_where_it_leaves_it_and_comes_back_as_the_same(self):
-        tracker, size = Tracker(AT_ONCE), (400, 300)
+        tracker, size = Tracker(), (400, 300)
         for step in [*range(12), *range(11, -1, -1)]:
             whole = line((50.0 + 5.0 * step, 200.0), (290.0 + 5.0 * step, 200.0))
             seen = part(whole, 0.0, min(1.0, (249.0 - 5.0 * step) / 240.0))
@@ -125,7 +125,7 @@ class TestPlainSight:
     @pytest.mark.parametrize("shape", SHAPES)
     def test_a_cable_that_tilts_is_as_long_as_it_looks(self, shape, flip):
         rng = np.random.default_rng(7)
-        tracker, truth = Tracker(AT_ONCE), SHAPES[shape]
+        tracker, truth = Tracker(), SHAPES[shape]
         for step in range(60):
             angle = np.radians(65.0) * np.sin(np.pi * step / 60.0) ** 2
             seen = truth.transformed([[np.cos(angle), 0.0], [0.0, 1.0]], [0.5 * step, 0.0])
@@ -140,7 +140,7 @@ class TestPlainSight:
 
     @pytest.mark.parametrize("step", [30.0, 80.0, 150.0])
     def test_the_only_object_is_the_same_however_fast_it_moves(self, step):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for number in range(12):
             seen = wave((step * number, (-1.0) ** number * step))
             (track,) = see(tracker, seen.reversed() if number % 2 else seen)
@@ -148,12 +148,12 @@ class TestPlainSight:
 
     @pytest.mark.parametrize("other", [wave((300.0, 400.0)).transformed(2.0 * np.eye(2), [0, 0]), loop(60.0)])
     def test_unless_it_clearly_differs(self, other):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         see(tracker, wave())
         assert ids(see(tracker, other.transformed(np.eye(2), [900.0, 900.0]))) == [2]
 
     def test_by_its_length_in_space_where_there_is_one(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         axis = line((0.0, 0.0, 1.0), (0.5, 0.0, 1.0))
         tracker.update([detection_of(wave(), axis)])
         nearer = wave().transformed(1.7 * np.eye(2), [900.0, 0.0])
@@ -171,7 +171,7 @@ class TestPlainSight:
         assert tracker.lost == ()
 
     def test_what_was_lost_is_found_again_under_its_id(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, 10, level(0.0), level(200.0))
         shown_for(tracker, 20, level(0.0))
         assert ids(see(tracker, level(0.0), level(210.0))) == [1, 2]
@@ -180,7 +180,7 @@ class TestPlainSight:
     @pytest.mark.parametrize("end", [0, 1])
     def test_an_end_that_something_covers_at_once_is_hidden(self, end):
         """What is left of it stays where it was: it did not tilt."""
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for step in range(10):
             see(tracker, turned(wave(), 0.004 * step))
         whole = turned(wave(), 0.04)
@@ -192,7 +192,7 @@ class TestPlainSight:
     @pytest.mark.parametrize("end", [0, 1])
     def test_an_end_that_is_covered_as_the_cable_darts_away_is_hidden(self, end):
         """The rest of it has kept its shape."""
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, 10, wave())
         whole = wave((0.0, 1.5 * detection_of(wave()).width_px))
         (track,) = see(tracker, part(whole, *((0.2, 1.0) if end == 0 else (0.0, 0.8))))
@@ -202,7 +202,7 @@ class TestPlainSight:
     @pytest.mark.parametrize("end", [0, 1])
     def test_a_cable_that_snaps_back_has_no_end_that_is_not_there(self, end):
         """It is shorter than before, but all of it left its place."""
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, 10, wave())
         for step in range(1, 6):
             share = 0.8**step
@@ -214,7 +214,7 @@ class TestPlainSight:
     @pytest.mark.parametrize("sagitta", [10.0, 60.0, 150.0])
     def test_a_cable_that_comes_nearer_or_goes_away_at_once_is_whole(self, sagitta, scale):
         """A part of a smooth arc is like a smaller one, but as wide as before."""
-        tracker, x = Tracker(AT_ONCE), np.linspace(-300.0, 300.0, 60)
+        tracker, x = Tracker(), np.linspace(-300.0, 300.0, 60)
         arc = curve_through(np.stack((x, sagitta * (1.0 - (x / 300.0) ** 2)), axis=1) + 400.0)
         for _ in range(10):
             tracker.update([detection_of(arc, radius=6.0)])
@@ -232,7 +232,7 @@ class TestNeverSeen:
     PARTS = (part(WHOLE_CABLE, 0.0, 0.45), part(WHOLE_CABLE, 0.55, 1.0))
 
     def joined_for(self, frames: int) -> Tracker:
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for _ in range(frames):
             (track,) = tracker.update([self.JOINED])
         assert track.inferred == (pytest.approx(self.GAP),)
@@ -276,7 +276,7 @@ def turned(curve: BSplineCurve, angle: float) -> BSplineCurve:
 
 class TestSplitAndMerge:
     def test_two_cables_that_touch_end_to_end_stay_two(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for gap in np.linspace(120.0, 0.0, 25):
             see(tracker, line((0.0, gap), (300.0, gap)), line((301.0, -gap), (500.0, -gap)))
         for _ in range(60):
@@ -291,20 +291,20 @@ class TestSplitAndMerge:
 
     def test_what_grows_together_is_one(self):
         """An occluder goes; its two sides, seen as two from the first frame on, were never two."""
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for right in np.linspace(200.0, 395.0, 40):
             see(tracker, line((0.0, 0.0), (right, 0.0)), line((400.0, 0.0), (500.0, 0.0)))
         tracks = shown_for(tracker, 10, level(0.0))
         assert [track.curve for track in tracks if track.state is CONFIRMED] == [level(0.0)]
 
     def test_a_new_cable_beside_a_hidden_one_is_new(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, 10, wave())
         tracks = shown_for(tracker, 2, part(wave(), 0.0, 0.6), wave((0.0, 200.0)))
         assert ids(tracks) == [1, 2]
 
     def test_what_two_frames_took_for_one_comes_apart(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, 2, level(0.0))
         first, second = part(level(0.0), 0.0, 0.45), part(level(0.0), 0.55, 1.0)
         tracks = shown_for(tracker, 2, first, second)
@@ -320,7 +320,7 @@ class TestWrongPast:
     @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
     @pytest.mark.parametrize("span", [(0.0, 0.6), (0.4, 1.0), (0.2, 0.8)])
     def test_that_was_too_long(self, wrong, span):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, wrong, level(0.0))
         truth = part(level(0.0), *span)
         (track,) = shown_for(tracker, self.CLEAR, truth)
@@ -328,7 +328,7 @@ class TestWrongPast:
 
     @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
     def test_that_was_too_short(self, wrong):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, wrong, part(level(0.0), 0.0, 0.5))
         (track,) = shown_for(tracker, self.CLEAR, level(0.0))
         assert track.curve == level(0.0)
@@ -336,7 +336,7 @@ class TestWrongPast:
     @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
     def test_that_took_two_cables_for_one(self, wrong):
         """From a mask alone that is what a cable looks like that something stays on: it takes evidence to tell."""
-        tracker, camera = Tracker(AT_ONCE), PinholeCamera(500.0, 500.0, 260.0, 20.0)
+        tracker, camera = Tracker(), PinholeCamera(500.0, 500.0, 260.0, 20.0)
         upper, lower = line((10.0, 20.0), (250.0, 20.0)), line((270.0, 20.0), (510.0, 20.0))
         ground = OcclusionEvidence(depth=np.full((40, 520), 1.5, np.float32), camera=camera)
 
@@ -354,7 +354,7 @@ class TestWrongPast:
 
     @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
     def test_that_took_one_cable_for_two(self, wrong):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, wrong, part(level(0.0), 0.0, 0.5), part(level(0.0), 0.5, 1.0))
         tracks = shown_for(tracker, self.CLEAR, level(0.0))
         assert level(0.0) in [track.curve for track in tracks if track.state is CONFIRMED]
@@ -363,7 +363,7 @@ class TestWrongPast:
     def test_that_took_the_wrong_turn_at_a_crossing(self, wrong):
         a, b = bent((0.0, 0.0), (400.0, 400.0)), bent((0.0, 400.0), (400.0, 0.0))
         up, down = bent((0.0, 0.0), (200.0, 200.0), (400.0, 0.0)), bent((0.0, 400.0), (200.0, 200.0), (400.0, 400.0))
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, wrong, up, down)
         tracks = shown_for(tracker, self.CLEAR, a, b)
         assert ids(tracks) == [1, 2]
@@ -386,7 +386,7 @@ class TestComingOut:
     CABLE = line((0.0, 0.0), (400.0, 0.0))
 
     def covered(self, *seen: BSplineCurve) -> Tracker:
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         shown_for(tracker, 10, self.CABLE)
         shown_for(tracker, 5, *seen)
         return tracker
@@ -406,7 +406,7 @@ class TestComingOut:
 
     def test_where_either_of_two_could_come_out_it_is_a_new_one(self):
         other = self.CABLE.transformed(np.eye(2), (0.0, 300.0))
-        tracker, parts = Tracker(AT_ONCE), [part(one, 0.0, 0.3) for one in (self.CABLE, other)]
+        tracker, parts = Tracker(), [part(one, 0.0, 0.3) for one in (self.CABLE, other)]
         shown_for(tracker, 10, self.CABLE, other)
         shown_for(tracker, 5, *parts)
         assert ids(see(tracker, *parts, line((260.0, 150.0), (330.0, 150.0)))) == [1, 2, 3]
@@ -415,7 +415,7 @@ class TestComingOut:
 class TestCutInTwo:
     @pytest.mark.parametrize("share", [0.4, 0.5, 0.65])
     def test_two_parts_that_move_away_from_each_other_are_two(self, share):
-        tracker, cable = Tracker(AT_ONCE), line((0.0, 0.0), (400.0, 0.0))
+        tracker, cable = Tracker(), line((0.0, 0.0), (400.0, 0.0))
         shown_for(tracker, 10, cable)
         for step in range(60):
             away = part(cable, share, 1.0).transformed(np.eye(2), (2.0 * step, 0.0))
@@ -427,7 +427,7 @@ class TestCutInTwo:
         assert longer.id == 1 or share == 0.5
 
     def test_so_are_two_that_were_taken_for_one_with_a_hidden_middle(self):
-        tracker, cable = Tracker(AT_ONCE), line((0.0, 0.0), (400.0, 0.0))
+        tracker, cable = Tracker(), line((0.0, 0.0), (400.0, 0.0))
         shown_for(tracker, 10, cable)
         for step in range(60):
             away = part(cable, 0.5, 1.0).transformed(np.eye(2), (4.0 * step, 0.0))

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from builders import bent, detection_of, line, part, wave
-from tracked_curves import AT_ONCE, CONFIRMED, HIDDEN, error_px, ids, shown_for
+from tracked_curves import CONFIRMED, HIDDEN, error_px, ids, shown_for
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.curve import BSplineCurve
@@ -51,13 +51,13 @@ def in_space(curve: BSplineCurve) -> Detection:
 
 
 def known_cable(curve=CABLE) -> Tracker:
-    tracker = Tracker(AT_ONCE)
+    tracker = Tracker()
     shown_for(tracker, 10, curve)
     return tracker
 
 
 def known_in_space() -> Tracker:
-    tracker = Tracker(AT_ONCE)
+    tracker = Tracker()
     for _ in range(10):
         see_depth(tracker, NOWHERE, CABLE)
     return tracker
@@ -79,7 +79,7 @@ class TestWholeObjects:
         assert (track.id, track.state) == (1, CONFIRMED)
 
     def test_two_sides_of_an_occluder_were_never_seen_apart(self):
-        tracker, sides = Tracker(AT_ONCE), (part(CABLE, 0.0, 0.3), part(CABLE, 0.7, 1.0))
+        tracker, sides = Tracker(), (part(CABLE, 0.0, 0.3), part(CABLE, 0.7, 1.0))
         for _ in range(20):
             tracks = see(tracker, between(250, 450), *sides)
         assert ids(tracks) == [1, 2]
@@ -127,7 +127,7 @@ class TestWholeObjects:
         assert tracks == tracker.lost == ()
 
     def test_its_curve_in_space_moves_with_it(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for step in range(10):
             shift = np.array([0.004 * step, 0.0, 0.0])
             axis = line((-0.3, 0.0, 1.0), (0.1, 0.0, 1.0)).transformed(np.eye(3), shift)
@@ -141,7 +141,7 @@ class TestWholeObjects:
 
 class TestParts:
     def test_an_end_of_a_new_object_under_an_occluder_is_no_free_end(self):
-        (track,) = see(Tracker(AT_ONCE), between(400, 500), part(CABLE, 0.0, 0.6))
+        (track,) = see(Tracker(), between(400, 500), part(CABLE, 0.0, 0.6))
         assert (track.ends, track.inferred) == ((EndKind.FREE, EndKind.HIDDEN), ())
 
     @pytest.mark.parametrize("flip", [False, True])
@@ -242,7 +242,7 @@ class TestImage:
     noise = np.random.default_rng(0).integers(0, 8, (*SIZE, 3), dtype=np.uint8)
 
     def known(self) -> Tracker:
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for _ in range(10):
             self.see(tracker, None, CABLE)
         return tracker
@@ -277,7 +277,7 @@ def test_a_wrong_turn_is_given_up_where_cables_are_seen_whole_although_something
     frame = ~between(96, 604)
     cables = line((100.0, 100.0), (600.0, 350.0)), line((100.0, 350.0), (600.0, 100.0))
     swapped = bent((100.0, 100.0), (350.0, 225.0), (600.0, 100.0)), bent((100.0, 350.0), (350.0, 225.0), (600.0, 350.0))
-    tracker = Tracker(AT_ONCE)
+    tracker = Tracker()
     for curves in [*[cables] * 12, *[swapped] * 12]:
         see(tracker, NOWHERE, *curves)
     for _ in range(KNOWN + 1):

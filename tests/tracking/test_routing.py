@@ -511,7 +511,7 @@ def frames(draw: st.DrawFn) -> list[list[tuple[BSplineCurve | Detection, float]]
 
 @given(frames(), st.booleans())
 def test_whatever_is_shown_tracks_are_well_formed(shown_frames, sized):
-    tracker = Tracker(TrackingConfig(min_hits=1, keep_lost_s=0.2))
+    tracker = Tracker(TrackingConfig(keep_lost_s=0.2))
     u, begun = np.linspace(0.0, 1.0, 33), 0
     for frame in shown_frames:
         tracks = tracker.update(

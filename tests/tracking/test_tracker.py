@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 from builders import detection_of, line, loop, through_json, wave
-from tracked_curves import AT_ONCE, CONFIRMED, FRAME_S, HIDDEN, TENTATIVE, error_px, ids, level, see, shown_for
+from tracked_curves import CONFIRMED, FRAME_S, HIDDEN, TENTATIVE, doubtful, error_px, ids, level, see, shown_for
 
 from dloftbs.config import TrackingConfig
 from dloftbs.data.detection import Detection
@@ -30,7 +30,7 @@ NO_STAMPS = {
 
 @pytest.mark.parametrize("stamp", NO_STAMPS.values(), ids=NO_STAMPS)
 def test_what_is_no_time_in_seconds_is_refused_and_changes_nothing(stamp):
-    tracker = Tracker(AT_ONCE)
+    tracker = Tracker()
     before = tracker.update([wave()], 0.0)
     with pytest.raises(InputError, match="stamp must be a finite number of seconds, 1e\\+11 at most, got"):
         tracker.update([wave()], stamp)
@@ -54,7 +54,7 @@ def test_what_is_no_width_is_refused(width):
 
 @pytest.mark.parametrize("later", [1e-300, 5e-324, 1e-9, -1e-9, 1e-6])
 def test_a_stamp_that_differs_by_rounding_is_the_same_frame_once_more(later):
-    tracker = Tracker(AT_ONCE)
+    tracker = Tracker()
     before = tracker.update([wave()], 0.0)
     assert tracker.update([wave((3.0, 0.0))], later) is before
     (track,) = tracker.update([wave((6.0, 0.0))], 0.1)
@@ -73,29 +73,40 @@ class TestLife:
         assert tracker.update([]) == ()
         assert tracker.update(()) == ()
 
-    @pytest.mark.parametrize("min_hits", [1, 2, 4])
-    def test_a_track_is_confirmed_by_as_many_frames_as_it_takes(self, min_hits):
-        tracker = Tracker(TrackingConfig(min_hits=min_hits))
-        seen = [see(tracker, wave())[0] for _ in range(6)]
-        assert states(seen) == [TENTATIVE] * (min_hits - 1) + [CONFIRMED] * (7 - min_hits)
+    def test_bare_curves_are_confirmed_at_once(self):
+        assert states(see(Tracker(), wave())) == [CONFIRMED]
+
+    @pytest.mark.parametrize(("existence", "frames"), [(1.0, 2), (0.75, 4), (0.5, 7), (0.1, 7)])
+    def test_a_track_is_confirmed_once_its_frames_together_are_sure_of_it(self, existence, frames):
+        tracker = Tracker()
+        seen = [tracker.update([doubtful(wave(), existence)])[0] for _ in range(6)]
+        assert states(seen) == [TENTATIVE] * (frames - 1) + [CONFIRMED] * (7 - frames)
         assert [track.hits for track in seen] == [1, 2, 3, 4, 5, 6]
         assert ids(seen) == [1] * 6
 
-    @pytest.mark.parametrize("frames", [1, 2])
-    def test_a_tentative_track_outlives_as_many_misses_as_it_has_hits(self, frames):
-        for misses in (frames, frames + 1):
-            tracker = Tracker(TrackingConfig(min_hits=4))
-            shown_for(tracker, frames, wave())
+    @pytest.mark.parametrize(("frames", "outlived"), [(1, 1), (3, 2)])
+    def test_a_tentative_track_outlives_more_misses_the_oftener_it_was_seen(self, frames, outlived):
+        for misses in (outlived, outlived + 1):
+            tracker = Tracker()
+            for _ in range(frames):
+                tracker.update([doubtful(wave(), 0.7)])
             for _ in range(misses):
                 assert see(tracker) == ()
                 assert states(tracker.lost) in ([], [TENTATIVE])
-            (track,) = see(tracker, wave())
-            assert (track.id, track.hits) == ((1, frames + 1) if misses == frames else (2, 1))
+            (track,) = tracker.update([doubtful(wave(), 0.7)])
+            assert (track.id, track.hits) == ((1, frames + 1) if misses == outlived else (2, 1))
             assert track.state is TENTATIVE
+
+    def test_one_that_is_no_cable_for_all_its_frames_say_ends_with_the_first_miss(self):
+        tracker = Tracker()
+        for _ in range(5):
+            tracker.update([doubtful(wave(), 0.4)])
+        assert see(tracker) == ()
+        assert tracker.lost == ()
 
     @pytest.mark.parametrize("frames", [0, 1, 5])
     def test_what_is_missing_is_kept_exactly_as_long_as_it_may(self, frames):
-        tracker = Tracker(TrackingConfig(min_hits=1, keep_lost_s=frames * FRAME_S))
+        tracker = Tracker(TrackingConfig(keep_lost_s=frames * FRAME_S))
         (last,) = see(tracker, wave())
         for misses in range(1, frames + 1):
             assert see(tracker) == ()
@@ -109,7 +120,7 @@ class TestLife:
         assert ids(see(tracker, wave())) == [2]
 
     def test_what_comes_back_is_the_same_and_may_be_missing_as_long_again(self):
-        tracker = Tracker(TrackingConfig(min_hits=2, keep_lost_s=2 * FRAME_S))
+        tracker = Tracker(TrackingConfig(keep_lost_s=2 * FRAME_S))
         for _ in range(2):
             see(tracker, wave())
         for hits in (3, 4):
@@ -120,7 +131,7 @@ class TestLife:
             assert (track.id, track.state, track.hits, track.misses) == (1, CONFIRMED, hits, 0)
 
     def test_the_confidence_in_what_is_not_seen_decays(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         assert see(tracker, wave())[0].confidence == 1.0
         confidence = []
         for _ in range(10):
@@ -131,7 +142,7 @@ class TestLife:
         assert see(tracker, wave())[0].confidence == 1.0
 
     def test_a_track_carries_this_frame_s_detection(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         curve_3d = line((0.0, 0.0, 1.0), (0.5, 0.0, 1.0))
         detection = detection_of(wave(), curve_3d)
         (track,) = tracker.update([detection])
@@ -142,7 +153,7 @@ class TestLife:
         assert hidden.curve_3d is curve_3d
 
     def test_what_was_published_does_not_change_afterwards(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         first = see(tracker, wave())
         before = through_json([track.to_dict() for track in first])
         assert tracker.tracks is first
@@ -151,7 +162,7 @@ class TestLife:
         assert through_json([track.to_dict() for track in first]) == before
 
     def test_reset_forgets_the_tracks_and_uses_no_id_twice(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         see(tracker, level(0), level(200))
         tracker.reset()
         assert tracker.tracks == ()
@@ -185,12 +196,12 @@ def test_the_same_frames_give_the_same_tracks():
 
 class TestTime:
     def test_the_same_frame_again_changes_nothing(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         first = tracker.update([wave()], stamp=1.0)
         assert tracker.update([], stamp=1.0) is first
 
     def test_time_counts_not_frames(self):
-        tracker = Tracker(TrackingConfig(min_hits=1, keep_lost_s=1.0))
+        tracker = Tracker(TrackingConfig(keep_lost_s=1.0))
         tracker.update([wave()], stamp=0.0)
         tracker.update([], stamp=0.9)
         assert ids(tracker.lost) == [1]
@@ -198,7 +209,7 @@ class TestTime:
         assert tracker.lost == ()
 
     def test_a_steady_motion_goes_on_over_dropped_frames(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for step in range(10):
             tracker.update([wave((900.0 * step / 30.0, 0.0))], stamp=step / 30.0)
         (prediction,) = tracker.predict(12.0 / 30.0)
@@ -211,7 +222,7 @@ class TestTime:
     @pytest.mark.parametrize("what", ["stamp", "size"])
     def test_what_does_not_follow_on_the_last_frame_is_a_reset_or_an_error(self, what, caplog):
         other = {"stamp": {"stamp": 0.5}, "size": {"stamp": 1.5, "size": (20, 10)}}[what]
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         tracker.update([wave()], stamp=1.0, size=(10, 20))
         assert ids(tracker.update([wave()], **other)) == [2]
         (told,) = caplog.messages
@@ -228,13 +239,13 @@ class TestTime:
             Tracker().update([], stamp=float("nan"))
 
     def test_after_a_cut_nothing_keeps_its_id(self):
-        tracker = Tracker(TrackingConfig(min_hits=1, keep_lost_s=5 * FRAME_S))
+        tracker = Tracker(TrackingConfig(keep_lost_s=5 * FRAME_S))
         shown_for(tracker, 10, level(0.0), level(100.0))
         tracks = shown_for(tracker, 6, line((900.0, 0.0), (900.0, 600.0)), line((1100.0, 0.0), (1100.0, 600.0)))
         assert ids(tracks) == [3, 4]
 
     def test_memory_does_not_grow(self):
-        tracker = Tracker(TrackingConfig(min_hits=1, keep_lost_s=0.1, smoothing_s=0.1))
+        tracker = Tracker(TrackingConfig(keep_lost_s=0.1, smoothing_s=0.1))
         sizes = []
         for step in range(400):
             see(tracker, level(0.0), wave((0.0, 200.0 + 300.0 * (step % 3))))
@@ -244,21 +255,21 @@ class TestTime:
 
 class TestSmoothing:
     def test_it_lags_behind_a_steady_motion_by_as_much_as_it_says(self):
-        tracker = Tracker(TrackingConfig(min_hits=1, smoothing_s=0.2))
+        tracker = Tracker(TrackingConfig(smoothing_s=0.2))
         for step in range(120):
             (track,) = tracker.update([level(100.0 * step / 30.0)], stamp=step / 30.0)
         assert track.curve(0.5)[1] == pytest.approx(100.0 * (119 / 30.0 - 0.2), abs=0.1)
 
     @pytest.mark.parametrize("shape", [wave(), loop(60.0)], ids=["open", "closed"])
     def test_what_stands_still_is_not_changed(self, shape):
-        tracker = Tracker(TrackingConfig(min_hits=1, smoothing_s=0.2))
+        tracker = Tracker(TrackingConfig(smoothing_s=0.2))
         (track,) = shown_for(tracker, 10, shape)
         assert error_px(track.curve, shape) < 0.1
 
 
 class TestBareCurves:
     def test_curves_with_and_without_widths_are_followed(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         for step in range(5):
             tracks = tracker.update([wave((step, 0.0)), wave((step, 200.0))], widths=[6.0, float("nan")])
         assert ids(tracks) == [1, 2]
@@ -266,7 +277,7 @@ class TestBareCurves:
         assert all(track.detection is None for track in tracks)
 
     def test_a_thin_one_is_not_taken_for_a_thick_one(self):
-        tracker = Tracker(AT_ONCE)
+        tracker = Tracker()
         tracker.update([wave()], widths=[4.0])
         assert ids(tracker.update([wave()], widths=[20.0])) == [2]
         assert ids(tracker.lost) == [1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from dloftbs.config.section import MAX, MIN, Section, keep_integer, keep_number, require
+from dloftbs.config.section import MAX, MIN, Section, keep_number, require
 
 _SHORTEST_S = 1e-6  # from frame to frame
 
@@ -17,9 +17,6 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     gate : float
         A detection is the same object as a track only while their mean distance is below this share of the length, the
         geometric mean of both lengths being meant. It widens while the track is not seen.
-    min_hits : int
-        Frames in which an object must be seen before its track is confirmed. Until then it ends once the object is
-        missing for more frames than it was seen in.
     keep_lost_s : float
         Seconds for which a confirmed track of which nothing is seen can be found again under its id.
     smoothing_s : float
@@ -32,7 +29,6 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     """
 
     gate: float = 0.1
-    min_hits: int = 2
     keep_lost_s: float = 2.0
     smoothing_s: float = 0.0
     frame_s: float = 1.0 / 30.0
@@ -41,7 +37,6 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
 
     def __post_init__(self) -> None:
         keep_number(self, "gate", MIN, MAX)
-        keep_integer(self, "min_hits", 1, MAX)
         keep_number(self, "keep_lost_s", 0.0, MAX)
         keep_number(self, "smoothing_s", 0.0, MAX)
         keep_number(self, "frame_s", _SHORTEST_S, MAX)

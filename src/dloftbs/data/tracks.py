@@ -37,7 +37,7 @@ class TrackState(str, Enum):
     """Stage of a track's life."""
 
     TENTATIVE = "tentative"
-    """Seen, but in too few frames to be sure."""
+    """Seen, but not yet sure to exist."""
     CONFIRMED = "confirmed"
     """Seen in this frame."""
     HIDDEN = "hidden"

@@ -16,6 +16,7 @@ from dloftbs.errors import InputError
 from dloftbs.evidence import Appearance
 from dloftbs.support.arrays import LARGEST, FloatArray
 from dloftbs.support.values import check_number, shown
+from dloftbs.tracking.belief import READ_RIGHT
 
 _LONG_GAP_WIDTHS = 2.5
 """Length of a gap, in widths, beyond which it is not accepted as bridged until the track confirms it.
@@ -83,8 +84,14 @@ class Observation(NamedTuple):
     @property
     def log_odds(self) -> float:
         """Log-odds, by the frame alone, that the detection is one whole object, nats; bare curves count as clear."""
-        confidence = 1.0 if self.detection is None else self.detection.confidence
-        return math.log(max(confidence, _MIN_PROBABILITY) / max(1.0 - confidence, _MIN_PROBABILITY))
+        return _log_odds(1.0 if self.detection is None else self.detection.confidence)
+
+    @property
+    def existence_log_odds(self) -> float:
+        """Log-odds, by the frame alone, that there is an object, nats: it is clear, or a cable that may be misread."""
+        if self.detection is None:
+            return self.log_odds
+        return max(self.log_odds, _log_odds(min(self.detection.existence, READ_RIGHT)))
 
     def reversed(self) -> Observation:
         """Return the same part in the opposite direction."""
@@ -169,6 +176,10 @@ def make_observations(
                 Observation(curve, points, length, width, detection, (0.0, 1.0), index, length, contiguous, gaps, scale)
             )
     return observations
+
+
+def _log_odds(probability: float) -> float:
+    return math.log(max(probability, _MIN_PROBABILITY) / max(1.0 - probability, _MIN_PROBABILITY))
 
 
 def _is_list_of(count: int, values: object) -> bool:

@@ -15,7 +15,7 @@ from dloftbs.data.detection import Detection
 from dloftbs.data.tracks import EndKind, TrackState
 from dloftbs.evidence import Appearance
 from dloftbs.support.arrays import FloatArray
-from dloftbs.tracking.belief import Belief
+from dloftbs.tracking.belief import MISSED_NATS, Belief
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.length_record import LengthRecord
@@ -88,6 +88,8 @@ class TrackModel:
         The last one that `curve_3d` is in the frame of.
     belief : Belief
         In its shape, by the frames' own readings for it and against it.
+    existence : Belief
+        In there being such an object, by the frames that showed it.
     """
 
     id: int
@@ -111,6 +113,7 @@ class TrackModel:
     detection: Detection | None = None
     camera: PinholeCamera | None = None
     belief: Belief = field(default_factory=Belief)
+    existence: Belief = field(default_factory=Belief)
 
     @classmethod
     def from_observation(cls, track_id: int, observation: Observation) -> TrackModel:
@@ -219,16 +222,18 @@ class TrackModel:
         told = None if self.state is TrackState.TENTATIVE else view.look(self.points, self.width, self.curve_3d)
         self.sight.see_nothing(told, self.length_widths, dt)
         self.state = self.state if self.state is TrackState.TENTATIVE else TrackState.HIDDEN
+        self.existence.add(MISSED_NATS)
         self.misses += 1
         self.missing_s += dt
         self.visible = self.detection = None
 
-    def count_hit(self, min_hits: int) -> None:
-        """Count a frame in which a part of the object was seen."""
+    def count_hit(self, log_odds: float) -> None:
+        """Count a frame in which a part of the object was seen, which says by so many nats that there is one."""
         self.hits += 1
         self.misses = 0
         self.missing_s = 0.0
-        if self.state is not TrackState.TENTATIVE or self.hits >= min_hits:
+        self.existence.add(log_odds)
+        if self.state is not TrackState.TENTATIVE or self.existence.is_confirmed:
             self.state = TrackState.CONFIRMED
 
     def measure_in_space(self, dt: float) -> None:
@@ -247,7 +252,7 @@ class TrackModel:
 
     def copied(self) -> TrackModel:
         """Return a copy that goes on by itself."""
-        parts = {name: copy(getattr(self, name)) for name in ("sight", "motion", "separation", "belief")}
+        parts = {name: copy(getattr(self, name)) for name in ("sight", "motion", "separation", "belief", "existence")}
         return replace(self, lengths=self.lengths.copied(), **parts)
 
     def split_off(self, track_id: int) -> TrackModel:

@@ -24,7 +24,7 @@ from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import JUMP_SHARE
 
 
-def update_seen(model: TrackModel, shown: TrackObservation, view: View, min_hits: int, dt: float) -> None:
+def update_seen(model: TrackModel, shown: TrackObservation, view: View, dt: float) -> None:
     """Update a track that a frame shows, wholly or in part."""
     model.cut_to(shown.scope)
     if len(shown.matches) == 1 and shown.matches[0].is_complete:
@@ -33,7 +33,7 @@ def update_seen(model: TrackModel, shown: TrackObservation, view: View, min_hits
         matches = _update_partly(model, shown, view, dt)
         model.visible = make_visible_curve(model, matches, view)
     model.apart |= shown.apart_from
-    model.count_hit(min_hits)
+    model.count_hit(max(match.observation.existence_log_odds for match in shown.matches))
 
 
 def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:

@@ -231,7 +231,7 @@ class Tracker:
 
         They are in the order of their ids.
         """
-        view, min_hits = self._view, self._config.min_hits
+        view = self._view
         seen = list(zip(models, shown, strict=True))
         for t, (model, one) in enumerate(tuple(seen)):
             sides = model.separation.find_cut(one, model.position_tolerance_px, model.width, view)
@@ -241,7 +241,7 @@ class Tracker:
         result = []
         for model, one in seen:
             if one.matches:
-                update_seen(model, one, view, min_hits, dt)
+                update_seen(model, one, view, dt)
             if one.matches or self._continues_unseen(model, dt):
                 result.append(model)
         known = {part.observation.detection_index for _, one in seen for part in one.matches}
@@ -249,14 +249,14 @@ class Tracker:
             if new.detection_index not in known:
                 model = TrackModel.from_observation(self._ids.of_detection(new.detection_index), new)
                 model.belief.add(new.log_odds)
-                model.count_hit(min_hits)
+                model.count_hit(new.existence_log_odds)
                 result.append(model)
         return sorted(result, key=lambda model: model.id)
 
     def _continues_unseen(self, model: TrackModel, dt: float) -> bool:
         """Extrapolate a track that was not seen; return False if it has ended."""
         too_long = model.missing_s + dt > self._config.keep_lost_s + _ROUNDING_S
-        if too_long or (model.state is TrackState.TENTATIVE and model.misses >= model.hits):
+        if too_long or (model.state is TrackState.TENTATIVE and model.existence.is_spent):
             return False
         model.update_unseen(self._view, dt)
         return True

@@ -75,7 +75,7 @@ def method_options(command: Command) -> Command:
         multiple=True,
         metavar="SECTION.KEY=VALUE",
         callback=parse_changes,
-        help="Change one setting of these methods, e.g. tracking.min_hits=1; the value is YAML. Repeatable.",
+        help="Change one setting of these methods, e.g. tracking.gate=0.2; the value is YAML. Repeatable.",
     )
     @click.option(
         "--hsv",

@@ -34,12 +34,12 @@ def test_without_settings_a_method_is_what_its_name_says(files):
 @pytest.mark.parametrize("name", ["default", "paper", "mine.yaml"])
 def test_settings_apply_to_every_method_the_later_over_the_earlier(files, name, monkeypatch):
     monkeypatch.chdir(files)
-    settings = MethodSettings(files / "common.yml", {"tracking.min_hits": 7} if name != "paper" else {}, (RED,))
+    settings = MethodSettings(files / "common.yml", {"tracking.gate": 0.7} if name != "paper" else {}, (RED,))
     config = config_of(name, settings)
     assert config.linking.min_length_px == 44
     assert config.segmentation.hsv == (RED,)
     if name != "paper":
-        assert config.tracking.min_hits == 7
+        assert config.tracking.gate == 0.7
     assert (config.fitting.knots == 20) == (name == "mine.yaml")
     assert type(config.linking) is type((Config.paper() if name == "paper" else Config()).linking)
     assert (
@@ -65,7 +65,7 @@ def test_wrong_settings_name_the_method(name, changes, message):
 
 
 def test_settings_that_no_method_takes_are_an_error():
-    settings = MethodSettings(changes={"tracking.min_hits": 7}, hsv=(RED,))
+    settings = MethodSettings(changes={"tracking.gate": 0.7}, hsv=(RED,))
     with pytest.raises(InputError, match=r"--set and --hsv: none of the methods takes settings; .*got math:sin"):
         methods_of(["math:sin"], settings)
     assert [method.name for method in methods_of(["math:sin", "default"], settings)] == ["math:sin", "default"]
