@@ -169,4 +169,4 @@ def test_a_frame_needs_the_rooms_that_its_stages_enter():
     colour = ColourModel.fit(drawn, [strokes]).to_config()
     assert "segmentation" in kernel_rooms(Config(segmentation=SegmentationConfig(colour=colour)), Frame(image=image))
     assert {"evidence", "lifting", "camera"} <= set(kernel_rooms(Config(), Frame(mask=mask, depth=depth)))
-    assert "published" in kernel_rooms(Config.paper(), Frame(mask=mask))
+    assert "pipeline.published" in kernel_rooms(Config.paper(), Frame(mask=mask))

@@ -10,8 +10,8 @@ from tubes import CAMERA, RADIUS_M, SIZE, away, coil, draw_tubes, ring, straight
 from dloftbs import Detection, Frame, PinholeCamera, detect
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig, LiftingConfig
-from dloftbs.crossings import find_crossings
 from dloftbs.data.depth import ReadableDepth, to_metres
+from dloftbs.fitting import find_crossings
 from dloftbs.lifting import Lifted, lift
 
 SLANTED = straight((-0.3, -0.05, 0.7), (0.3, 0.08, 1.1))
