@@ -100,6 +100,7 @@ def test_a_ring_is_lifted_all_around() -> None:
     assert bridged.inferred != ()
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_hole_that_begins_or_ends_at_the_seam_of_a_ring_is_inferred_and_nothing_else(side: int) -> None:
     mask, depth = draw_tubes([ring()])
