@@ -30,7 +30,7 @@ _DIFFERENT = 24
 def main() -> None:
     """Print the table."""
     given = arguments(__doc__, "few frames and one round, to see that it runs").parse_args()
-    frames, rounds = (6, 1) if given.quick else (240, 3)
+    frames, rounds = (2, 1) if given.quick else (240, 3)
     with published("batch", given.docs), tempfile.TemporaryDirectory() as folder:
         make_recordings(Path(folder) / "recordings", frames)
         print(f"{RECORDINGS} recordings of {frames} raw frames of 1280 x 720, two cores, fastest of {rounds} rounds")

@@ -31,7 +31,7 @@ SOURCES = ROOT / "src" / "dloftbs"
 PAGE = ROOT / "docs" / "constants.md"
 RUNNER = Path(__file__).with_name("constants_run.py")
 
-ROOMS = ("segmentation", "skeleton", "evidence", "linking", "lifting", "crossings", "tracking")
+ROOMS = ("segmentation", "skeleton", "evidence", "linking", "lifting", "fitting/crossings", "tracking")
 """Rooms whose constants each have a unit and a source."""
 
 _NAME = re.compile(r"_?[A-Z][A-Z0-9_]*")

@@ -35,7 +35,7 @@ _VIDEO_SIZE = (360, 640)
 def main() -> None:
     """Print the tables."""
     given = arguments(__doc__, "fewer starts, shorter streams, and no compilation, to see that it runs").parse_args()
-    starts = 3 if given.quick else 11
+    starts = 1 if given.quick else 11
     with published("process", given.docs), tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         mask = folder / "mask.png"
@@ -43,8 +43,8 @@ def main() -> None:
         cached = dict(os.environ) if given.quick else dict(os.environ, NUMBA_CACHE_DIR=str(folder / "cache"))
         start_up(mask, cached, starts, compiling=not given.quick)
         imports(mask, cached, starts)
-        memory(frames=1_000 if given.quick else 10_000)
-        command_memory(folder, (60, 240) if given.quick else (100, 2_000))
+        memory(frames=200 if given.quick else 10_000)
+        command_memory(folder, (20, 60) if given.quick else (100, 2_000))
 
 
 def start_up(mask: Path, cached: dict[str, str], starts: int, *, compiling: bool) -> None:

@@ -11,8 +11,9 @@ import cv2
 import numpy as np
 import pytest
 from builders import curve_through, detection_of, line, loop, wave
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import few_examples
 
 import dloftbs
 from dloftbs.camera import PinholeCamera
@@ -208,7 +209,7 @@ def test_no_public_type_is_left_out():
 
 
 @pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
-@settings(max_examples=20)
+@few_examples
 @given(data=st.data())
 def test_whatever_it_is_made_of_its_dictionary_is_plain(kind, data):
     made = data.draw(MADE[kind])
@@ -218,7 +219,7 @@ def test_whatever_it_is_made_of_its_dictionary_is_plain(kind, data):
         assert again.to_dict() == made.to_dict()
 
 
-@settings(max_examples=20)
+@few_examples
 @given(TRACKS, RESULTS)
 def test_fields_are_plain_too(track, result):
     values = (track.id, track.hits, track.misses, track.confidence, *(edge for span in track.inferred for edge in span))

@@ -7,8 +7,9 @@ import pickle
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import few_examples
 
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import InputError
@@ -59,7 +60,7 @@ def assert_is_between_twins(registration, depth_m, size):
 small = st.floats(-0.15, 0.15)
 
 
-@settings(max_examples=25, deadline=None)
+@few_examples
 @given(
     seed=st.integers(0, 2**32 - 1),
     turn=st.tuples(small, small, small),

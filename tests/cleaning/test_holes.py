@@ -68,6 +68,7 @@ def glossy(width: int, size: tuple[int, int], share: float = 0.2) -> tuple[np.nd
     return mask, plain, axis
 
 
+@pytest.mark.large
 @WIDTHS
 def test_a_highlight_along_a_cable_leaves_it_one(width: int, size: tuple[int, int]) -> None:
     mask, plain, _ = glossy(width, size, 0.3)
@@ -137,6 +138,7 @@ def test_noise_stays_noise() -> None:
     assert filled(noise) is None
 
 
+@pytest.mark.large
 def test_every_piece_with_something_to_fill_is_looked_at() -> None:
     count = 0
     for seed in range(150):

@@ -245,6 +245,7 @@ def coded_cable(width: int, seed: int) -> np.ndarray:
     return (np.minimum(abs(h - hue), 180 - abs(h - hue)) <= 8) & (s >= 150) & (v >= 60)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("width", [8, 12, 20, 34, 50])
 def test_the_fringe_of_a_coded_edge_does_not_come_back(width: int) -> None:
     for seed in range(8):

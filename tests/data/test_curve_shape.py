@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from builders import arc, curve_through, line, loop, random_curve, wave
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import few_examples
 from scipy.spatial.transform import Rotation
 
 from dloftbs.data.curve import BSplineCurve
@@ -83,7 +84,7 @@ class TestDistance:
         u, share, d = loop(50.0).distance([(80.0, -5.0), (80.0, 5.0)])
         assert (u % 1.0, share, d) == pytest.approx((0.0, 0.5, 30.0), abs=1e-3)
 
-    @settings(max_examples=10)
+    @few_examples
     @given(st.integers(0, 1000), st.sampled_from([2, 3]), st.booleans())
     def test_no_two_samples_are_nearer_and_the_order_does_not_matter(self, seed, ndim, closed):
         curve, other = (
@@ -167,7 +168,7 @@ class TestInside:
         assert loop(10.0).inside(SQUARE) == ((0.0, 1.0),)
         assert loop(10.0, (100.0, 0.0)).inside(SQUARE) == ()
 
-    @settings(max_examples=10)
+    @few_examples
     @given(st.integers(0, 1000), st.booleans())
     def test_places_within_the_spans_are_inside(self, seed, closed):
         curve, corners = random_curve(seed, 2, closed), np.random.default_rng(seed).normal(0.0, 100.0, (5, 2))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import curve_through, detection_of, line
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs import BSplineCurve, InputError, PinholeCamera, Track, TrackState
@@ -22,7 +22,6 @@ def seen(deep: BSplineCurve) -> BSplineCurve:
     return curve_through(CAMERA.project(deep.sample(400)))
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.lists(COORDINATES, min_size=4, max_size=6), st.lists(st.floats(0.0, 1.0), min_size=1, max_size=5))
 def test_the_mapping_is_undone_by_the_one_back_and_keeps_the_order(points, u):
     deep = BSplineCurve(

@@ -10,8 +10,8 @@ from tubes import CAMERA, RADIUS_M, SIZE, away, coil, draw_tubes, ring, straight
 from dloftbs import Detection, Frame, PinholeCamera, detect
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig, LiftingConfig
-from dloftbs.crossings import find_crossings
 from dloftbs.data.depth import ReadableDepth, to_metres
+from dloftbs.fitting import find_crossings
 from dloftbs.lifting import Lifted, lift
 
 SLANTED = straight((-0.3, -0.05, 0.7), (0.3, 0.08, 1.1))
@@ -100,6 +100,7 @@ def test_a_ring_is_lifted_all_around() -> None:
     assert bridged.inferred != ()
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_hole_that_begins_or_ends_at_the_seam_of_a_ring_is_inferred_and_nothing_else(side: int) -> None:
     mask, depth = draw_tubes([ring()])

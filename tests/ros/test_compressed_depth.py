@@ -6,7 +6,7 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from ros import bag_examples as bags
 
@@ -67,7 +67,6 @@ def test_rvl_of_a_whole_image():
     np.testing.assert_array_equal(pixels_of(message_of(packed, "16UC1; compressedDepth rvl")), depth)
 
 
-@settings(max_examples=300)
 @given(st.binary(max_size=60), st.integers(0, 50))
 def test_whatever_the_bytes_rvl_gives_depth_or_a_typed_error(data, count):
     try:

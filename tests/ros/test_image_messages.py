@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from ros import bag_examples as bags
 
@@ -168,7 +168,6 @@ def test_no_message_at_all():
         pixels_of(object())
 
 
-@settings(max_examples=300)
 @given(
     st.integers(0, 40),
     st.integers(0, 40),

@@ -28,6 +28,7 @@ def iou(mask, true):
     return np.sum(mask & true) / np.sum(mask | true)
 
 
+@pytest.mark.large
 def test_a_cable_of_the_grounds_colours_is_found_by_its_look():
     image, true = busy()
     model = ColourModel.fit(image, STROKES)
@@ -38,6 +39,7 @@ def test_a_cable_of_the_grounds_colours_is_found_by_its_look():
     assert iou(model(other), true) > iou(model.colour_log_odds(other) > 2.2, true)
 
 
+@pytest.mark.large
 def test_the_mask_is_the_probability_from_one_half_on():
     image, _ = busy()
     model = ColourModel.fit(image, STROKES)
@@ -58,6 +60,7 @@ def test_where_colour_will_do_it_decides_alone_and_the_probability_agrees():
     np.testing.assert_array_equal(model(image), model.probability(image) >= 0.5)
 
 
+@pytest.mark.large
 def test_the_file_is_small_and_gives_the_same_probability_bit_for_bit():
     image, _ = busy()
     model = ColourModel.fit(image, STROKES)
@@ -78,6 +81,7 @@ def test_a_file_of_an_earlier_version_is_read_as_colours_alone():
     assert iou(old(image), true) > 0.9
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("text", ["x", "AAAA", "eJwDAAAAAAE="])
 def test_broken_samples_of_pixels_are_refused(text):
     image, _ = busy()

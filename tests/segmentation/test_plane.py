@@ -69,6 +69,7 @@ def test_a_box_that_covers_a_third_does_not_become_the_plane():
     assert found[150:].mean() < 0.01
 
 
+@pytest.mark.large
 def test_the_plane_follows_a_camera_that_moves_and_one_that_jumps():
     ask = segmenter()
     for step in range(20):

@@ -1,6 +1,7 @@
 """Trees: what they learn, that they are the same each time, and the text that keeps them."""
 
 import numpy as np
+import pytest
 
 from dloftbs.segmentation.trees import Trees
 
@@ -22,6 +23,7 @@ def test_what_no_single_split_tells_is_learned_and_the_sum_is_a_probability():
     assert np.mean((found > 0.5) == true) > 0.9
 
 
+@pytest.mark.large
 def test_the_same_samples_give_the_same_trees_and_the_text_keeps_them():
     features, inside = ring()
     one, other = (Trees.grown(features, inside.astype(float), np.ones(len(features))) for _ in range(2))

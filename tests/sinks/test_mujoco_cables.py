@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import sinks.sink_examples as examples
 from builders import curve_through
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import few_examples
 from scipy.spatial import cKDTree
 from sinks.test_sink_geometry import frame, helix, in_space, knot, result, ring, straight
 
@@ -63,7 +64,7 @@ def test_a_loaded_cable_lies_on_its_curve_from_end_to_end(tmp_path, name):
     assert radius == pytest.approx(expected, rel=1e-3)
 
 
-@settings(max_examples=10, deadline=None)
+@few_examples
 @given(st.floats(0.3, 3.0), st.floats(0.02, 0.2), st.floats(0.0, 0.4))
 def test_any_helix_is_within_a_millimetre(tmp_path_factory, turns, radius, rise):
     curve = helix(turns, radius, rise)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sinks.sink_examples as examples
 from builders import curve_through
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.camera import PinholeCamera
@@ -154,7 +154,6 @@ def test_a_loop_closes_without_a_jump():
     assert steps.max() < 3.0 * np.median(steps)
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.001, 0.02), st.booleans())
 def test_any_tube_is_watertight_and_finite(seed, radius, caps):
     shape = _mesh.tube(knot(seed), radius, caps=caps)
@@ -163,7 +162,6 @@ def test_any_tube_is_watertight_and_finite(seed, radius, caps):
     assert set(shape.faces.ravel()) == set(range(len(shape.points)))
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000))
 def test_a_turned_curve_has_the_turned_tube(seed):
     curve = knot(seed)

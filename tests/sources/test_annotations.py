@@ -11,7 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
@@ -279,7 +279,6 @@ VALID = [
 ]
 
 
-@settings(max_examples=300, deadline=None)
 @given(
     st.sampled_from(VALID), st.lists(st.tuples(st.integers(0, 5000), st.binary(max_size=3)), max_size=4), st.booleans()
 )

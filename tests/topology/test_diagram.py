@@ -13,7 +13,7 @@ from builders import curve_through, detection_of, line
 import dloftbs
 from dloftbs import BSplineCurve, Crossing, FrameResult, InputError, topology
 from dloftbs.config import DepthConfig
-from dloftbs.crossings import find_crossings
+from dloftbs.fitting import find_crossings
 from dloftbs.topology import Diagram, EndMove, Move
 
 TREFOIL = [(5, 2, 0, 3), (3, 0, 4, 1), (1, 4, 2, 5)]

@@ -35,7 +35,7 @@ def rows(count: int, shift: float) -> list:
     return [loop(10.0, place) for place in places]
 
 
-@pytest.mark.parametrize("count", [16, 144])
+@pytest.mark.parametrize("count", [16, 64])
 def test_an_object_is_compared_with_those_beside_it_alone(monkeypatch, count):
     measured = []
     align_all = kernels.align_all

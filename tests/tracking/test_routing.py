@@ -7,8 +7,9 @@ import itertools
 import numpy as np
 import pytest
 from builders import curve_through, detection_of, line, part, random_curve, wave
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import few_examples
 
 from dloftbs.config import TrackingConfig
 from dloftbs.data.centerline import Joint, JointKind
@@ -435,7 +436,7 @@ class TestScale:
             assert far(track.curve, truth) < 1e-6
 
 
-@settings(max_examples=60)
+@few_examples
 @given(st.integers(0, 10**6))
 @pytest.mark.slow
 def test_order_and_direction_of_the_detections_do_not_matter(seed):

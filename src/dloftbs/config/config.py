@@ -171,11 +171,11 @@ class Config(Section, frozen=True, kw_only=True):
         lines = []
         for name, values in self.to_dict().items():
             section = getattr(self, name)
-            told = meanings(type(section))
+            explained = meanings(type(section))
             lines += [*comment(summary(type(section))), f"{name}:" + " {}" * (not values)]
             for key, value in values.items():
                 entry = msgspec.yaml.encode({key: value}).decode().splitlines()
-                lines += [f"  {line}" for line in (*comment(told.get(key, "")), *entry)]
+                lines += [f"  {line}" for line in (*comment(explained.get(key, "")), *entry)]
             lines.append("")
         return "\n".join(lines)
 

@@ -24,8 +24,8 @@ def meanings(section: type) -> dict[str, str]:
         text = inspect.cleandoc(kind.__dict__.get("__doc__") or "")
         _, _, parameters = text.partition("Parameters\n----------\n")
         parameters = re.split(r"\n\w+\n---+\n", parameters)[0]
-        for names, told in re.findall(r"^(\w[\w, ]*?)(?: : .*)?\n((?:[ ]{4}.*\n?)+)", parameters, re.MULTILINE):
-            meaning = " ".join(told.split())
+        for names, entry in re.findall(r"^(\w[\w, ]*?)(?: : .*)?\n((?:[ ]{4}.*\n?)+)", parameters, re.MULTILINE):
+            meaning = " ".join(entry.split())
             if not meaning.startswith("As for `"):
                 found |= dict.fromkeys(names.split(", "), meaning)
     return found

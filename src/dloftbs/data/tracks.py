@@ -82,7 +82,7 @@ class Track(ObjectShape):
     confidence : float
         Confidence in the curve, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
     width_px : float, optional
-        Width of the object when it was last seen; None where no detection told it.
+        Width of the object when it was last seen; None where no detection had one.
     ends : (EndKind, EndKind), optional
         Kinds of the curve's ends at ``u = 0`` and ``u = 1``; None for a loop, and where the tracker does not know them.
     velocity : numpy.ndarray, shape (n, 2), optional

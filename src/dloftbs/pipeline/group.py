@@ -7,9 +7,9 @@ from dataclasses import replace
 from time import perf_counter
 
 from dloftbs.config import Config
-from dloftbs.crossings import find_crossings
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.fitting import find_crossings
 from dloftbs.pipeline.pipeline import Pipeline
 
 

@@ -37,10 +37,10 @@ from dloftbs.pipeline.inspection import Segments, graph_segments, trace_stages
 from dloftbs.pipeline.mask_gate import MaskGate
 from dloftbs.pipeline.plausibility import doubt_mask
 from dloftbs.pipeline.prompting import make_prompt
+from dloftbs.pipeline.published import NearestTracker, make_segments
 from dloftbs.pipeline.stages import StageRun, kernel_rooms, run_stages
 from dloftbs.pipeline.thickness import doubt_unit
 from dloftbs.pipeline.whole_image import WholeImage
-from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.values import count_of, shown

@@ -17,7 +17,7 @@ from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.fitting import distinct_knots, fit_with_knots
 from dloftbs.lifting import DepthEdges, Lifted, lift
 from dloftbs.pipeline.plausibility import unit_hint
-from dloftbs.published import MIN_POINTS, holes_of, lift_pixels
+from dloftbs.pipeline.published import MIN_POINTS, holes_of, lift_pixels
 from dloftbs.support.arrays import LARGEST
 
 _KNOTS_PER_FREEDOM = 2.0

@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from dloftbs.cleaning import clean
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig
-from dloftbs.crossings import find_crossings
 from dloftbs.data.centerline import Centerline
 from dloftbs.data.detection import Crossing, Detection
 from dloftbs.data.dropped import Dropped
@@ -25,16 +24,16 @@ from dloftbs.data.prediction import Prediction
 from dloftbs.data.prompt import Prompt
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
-from dloftbs.fitting import fit, keep_to_mask
+from dloftbs.fitting import find_crossings, fit, keep_to_mask
 from dloftbs.kernels.shared.soft_masks import HALF
 from dloftbs.lifting import DepthEdges
 from dloftbs.linking import TemporalPrior, choose, link, with_ends_that_go_on, with_soft_widths
 from dloftbs.pipeline.mask_gate import MaskGate
 from dloftbs.pipeline.nothing_found import too_many, why_nothing_is_left, why_too_short
 from dloftbs.pipeline.plausibility import refuse_mask, share_set
+from dloftbs.pipeline.published import Walks, close, link_segments, make_segments, walk
 from dloftbs.pipeline.soft_mask import SURE, readings_of, sureness
 from dloftbs.pipeline.space_curves import with_curves_in_space
-from dloftbs.published import Walks, close, link_segments, make_segments, walk
 from dloftbs.segmentation import FrameSegmenter
 from dloftbs.skeleton import build_graph, skeletonize
 from dloftbs.support.arrays import AnyArray
@@ -136,10 +135,10 @@ def kernel_rooms(config: Config, frame: Frame) -> tuple[str, ...]:
         rooms[:0] = [f"segmentation{part}" for part in parts] or ["segmentation"]
     if frame.image is not None or frame.depth is not None or frame.occluders is not None:
         rooms.append("evidence")
-    rooms += ["published" if isinstance(config.linking, GreedyLinkingConfig) else "linking", "fitting"]
-    rooms += ["crossings.kernels.intersections", "crossings.kernels.crossing_groups"]
+    rooms += ["pipeline.published" if isinstance(config.linking, GreedyLinkingConfig) else "linking", "fitting.kernels"]
+    rooms += ["fitting.crossings.kernels.intersections", "fitting.crossings.kernels.crossing_groups"]
     if frame.image is not None or frame.depth is not None:
-        rooms.append("crossings.kernels.crossing_order")
+        rooms.append("fitting.crossings.kernels.crossing_order")
     if frame.depth is not None:
         rooms += ["camera", "lifting"]
     return tuple(rooms)

@@ -44,11 +44,11 @@ def doubt_unit(detections: Sequence[Detection], frame: Frame) -> str | None:
     # The least power of ten that makes it plausible: cameras count 1 mm or 0.1 mm.
     powers = math.ceil(math.log10(thick_m / THICKEST_M if too_thick else THINNEST_M / thick_m))
     factor = 10.0 ** (-powers if too_thick else powers)
-    told = f"a cable of {width_px:.0f} px would be {1e3 * thick_m:.3g} mm thick at {distance_m:.3g} m"
+    found = f"a cable of {width_px:.0f} px would be {1e3 * thick_m:.3g} mm thick at {distance_m:.3g} m"
     if frame.depth.dtype.kind == "f":
-        return f"{told}: is the depth in metres? Multiply it by {factor:g}, or check the camera's focal length"
+        return f"{found}: is the depth in metres? Multiply it by {factor:g}, or check the camera's focal length"
     unit_m = factor * frame.depth_unit_m
     return (
-        f"{told}: is a count of the depth {1e3 * unit_m:g} mm? Set depth_unit_m={unit_m:g} (--depth-unit {unit_m:g}), "
+        f"{found}: is a count of the depth {1e3 * unit_m:g} mm? Set depth_unit_m={unit_m:g} (--depth-unit {unit_m:g}), "
         "or check the camera's focal length"
     )

@@ -134,7 +134,7 @@ class FrameMaker:
 
     @property
     def knows_camera(self) -> bool:
-        """True if the camera was given, or a message told it, or none."""
+        """True if the camera was given, or a message had it, or none."""
         return self._is_fixed or self._camera is not None or "camera" in self._warned
 
     def take_info(self, info: Any) -> None:

@@ -15,7 +15,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -185,7 +185,8 @@ def open(
     recording = _recording(where, topics)
     if recording is None:
         upright = camera is None and not paired  # all that stands beside a picture is for its pixels as stored
-        source = _open_recorded(where, kind, camera, fps, rules, own_registration, depth_unit_m, jobs, upright)
+        opening = _Opening(kind, camera, fps, rules, own_registration, depth_unit_m, jobs, upright)
+        source = _open_recorded(where, opening)
     else:
         source = _open_ros(
             recording, topics, kind, camera, own_registration, depth_unit_m, fps, depth is None, keep_messages
@@ -194,6 +195,19 @@ def open(
         source.close()
         raise InputError("a registration needs depth to be registered; there is none")
     return _pair(source, paired, registration, depth_unit_m) if paired else source
+
+
+class _Opening(NamedTuple):
+    """Arguments of `open` for frames in files and arrays, checked."""
+
+    kind: Kind
+    camera: PinholeCamera | None
+    fps: float | None
+    rules: dict[What, str]
+    registration: DepthRegistration | None
+    depth_unit_m: float
+    jobs: int
+    upright: bool
 
 
 def _recording(where: Where, topics: dict[str, str | None]) -> Path | None:
@@ -268,24 +282,14 @@ def _pair(
         raise
 
 
-def _open_recorded(
-    where: Where,
-    kind: Kind,
-    camera: PinholeCamera | None,
-    fps: float | None,
-    rules: dict[What, str],
-    registration: DepthRegistration | None,
-    depth_unit_m: float,
-    jobs: int,
-    upright: bool,
-) -> Source:
+def _open_recorded(where: Where, given: _Opening) -> Source:
+    kind, camera, fps, _, registration, depth_unit_m, jobs, upright = given
     if isinstance(where, np.ndarray):
         return from_array(where, "array", kind, camera, fps)
     if isinstance(where, str) and where == STANDARD_INPUT:
         return open_standard_input(kind, camera, fps, registration, depth_unit_m, upright)
     if isinstance(where, (str, os.PathLike)):
-        path = Path(os.path.expanduser(where))
-        return _open_path(path, kind, camera, fps, rules, registration, depth_unit_m, jobs, upright)
+        return _open_path(Path(os.path.expanduser(where)), given)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
         raise InputError(f"where must be a path, a camera's index, an array or a sequence of paths, got {shown(where)}")
     paths = [Path(os.path.expanduser(item)) for item in where]
@@ -294,19 +298,10 @@ def _open_recorded(
     return FileSource(paths, f"{len(paths)} files", kind=kind, camera=camera, fps=fps, jobs=jobs, upright=upright)
 
 
-def _open_path(
-    path: Path,
-    kind: Kind,
-    camera: PinholeCamera | None,
-    fps: float | None,
-    rules: dict[What, str],
-    registration: DepthRegistration | None,
-    depth_unit_m: float,
-    jobs: int,
-    upright: bool,
-) -> Source:
+def _open_path(path: Path, given: _Opening) -> Source:
+    kind, camera, fps, _, registration, depth_unit_m, _, upright = given
     if is_glob(str(path)) or os.path.isdir(path):
-        return _open_folder(str(path), kind, camera, fps, rules, jobs, upright)
+        return _open_folder(str(path), given)
     _check_exists(path)
     animation = open_animation(path, kind=kind, camera=camera, fps=fps)
     if animation is not None:
@@ -322,16 +317,9 @@ def _open_path(
     return VideoSource(path, kind=kind, camera=camera, fps=fps)
 
 
-def _open_folder(
-    where: str,
-    kind: Kind,
-    camera: PinholeCamera | None,
-    fps: float | None,
-    rules: dict[What, str],
-    jobs: int,
-    upright: bool,
-) -> Source:
+def _open_folder(where: str, given: _Opening) -> Source:
     """Open a folder or a glob."""
+    kind, camera, fps, rules, _, _, jobs, upright = given
     of_objects = rules.get("instances")
     groups = None if of_objects is None else group_by_frame(where, of_objects, [*rules.values()])
     if of_objects is not None and groups is not None:

@@ -91,7 +91,7 @@ def evaluate(
     from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines, or a mapping from identities to
     such; or a class, of which an instance is made for each sequence and called so, after its start(frame, truth) with
     the first frame, if it has one. Modules are found in the current folder, and where Python finds others. cpd is
-    coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial: it is told the
+    coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial: it is given the
     first frame's curve and the cable's length.
     --config, --set and --hsv change all methods but these last.
 

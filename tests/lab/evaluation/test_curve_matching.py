@@ -6,8 +6,9 @@ import math
 import numpy as np
 import pytest
 from builders import line, loop, wave
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import few_examples
 
 from dloftbs.errors import InputError
 from dloftbs_lab.evaluation import CurveDistances, compare_curves, curve_l3, match_curves, match_distances
@@ -33,7 +34,7 @@ def least_total(l3, gate):
 
 
 @given(st.permutations(range(3)), st.lists(st.booleans(), min_size=3, max_size=3))
-@settings(max_examples=20)
+@few_examples
 def test_a_shuffled_and_reversed_truth_is_perfect(order, backwards):
     found = [CABLES[i].reversed() if back else CABLES[i] for i, back in zip(order, backwards, strict=True)]
     result = match_curves(found, CABLES, samples=SAMPLES)

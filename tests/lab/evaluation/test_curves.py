@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from builders import arc, curve_through, line, loop, part, random_curve, wave
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.errors import InputError
@@ -61,7 +61,6 @@ def slow_point_errors(found, true, count):
 @undirected
 @pytest.mark.parametrize("ndim", [2, 3])
 @pytest.mark.parametrize("closed", [False, True])
-@settings(max_examples=20)
 @given(seed=seeds)
 def test_a_perfect_curve_scores_nothing(ndim, closed, directed, seed):
     curve = random_curve(seed, ndim, closed)
@@ -72,7 +71,6 @@ def test_a_perfect_curve_scores_nothing(ndim, closed, directed, seed):
     assert closed or endpoint_error(curve, curve, directed=directed) == 0.0
 
 
-@settings(max_examples=30)
 @given(seeds, st.sampled_from([2, 3]))
 def test_a_reversed_curve_scores_nothing_but_by_its_direction(seed, ndim):
     curve = random_curve(seed, ndim)
@@ -135,7 +133,6 @@ def test_truncation_at_both_ends_leaves_the_middle_in_place():
     assert error.mean == pytest.approx(0.1 * LENGTH * np.abs(np.linspace(-1, 1, SAMPLES)).mean())
 
 
-@settings(max_examples=50)
 @given(seeds, st.sampled_from([2, 3]))
 def test_ordered_distances_are_what_walking_along_both_curves_gives(seed, ndim):
     rng = np.random.default_rng(seed)
@@ -146,7 +143,6 @@ def test_ordered_distances_are_what_walking_along_both_curves_gives(seed, ndim):
     assert error.max == pytest.approx(max(expected))
 
 
-@settings(max_examples=50)
 @given(seeds)
 def test_l3_of_curves_is_l3_of_their_evenly_spaced_points(seed):
     rng = np.random.default_rng(seed)
@@ -158,7 +154,6 @@ def test_l3_of_curves_is_l3_of_their_evenly_spaced_points(seed):
     assert curve_l3(found, true, directed=False, samples=23) == pytest.approx(min(expected, back))
 
 
-@settings(max_examples=50)
 @given(seeds)
 def test_l3_of_curves_is_l3_of_plain_points_but_for_rounding(seed):
     rng = np.random.default_rng(seed)

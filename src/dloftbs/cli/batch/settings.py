@@ -34,8 +34,8 @@ class BatchSettings:
     def digest(self) -> str:
         """Digest of all that changes results, the inputs and the code aside."""
         options = self.options
-        told = [options.config.to_dict(), options.inputs, options.fps, options.every, options.limit, self.suffix]
-        return hashlib.sha256(encode(told)).hexdigest()
+        given = [options.config.to_dict(), options.inputs, options.fps, options.every, options.limit, self.suffix]
+        return hashlib.sha256(encode(given)).hexdigest()
 
     @property
     def version(self) -> str:

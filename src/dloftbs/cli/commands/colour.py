@@ -219,12 +219,12 @@ def _report_missed(
         share = float((mask[pixels_of(mask.shape, [stroke])] != 0).mean())
         if stroke.cable and share < _MISSED:
             why = _COMMON_COLOUR if lies_along_band(image, stroke) else _BESIDE
-            told = f"only {100.0 * share:.0f} % of the stroke {stroke} counts as cable{why}"
+            finding = f"only {100.0 * share:.0f} % of the stroke {stroke} counts as cable{why}"
         elif not stroke.cable and share > _MISSED:
-            told = f"{100.0 * share:.0f} % of the stroke {stroke} still counts as cable; does it lie on the cable?"
+            finding = f"{100.0 * share:.0f} % of the stroke {stroke} still counts as cable; does it lie on the cable?"
         else:
             continue
-        click.echo(f"{source}: {told}", err=True)
+        click.echo(f"{source}: {finding}", err=True)
 
 
 def _report_expected(source: str, image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> None:

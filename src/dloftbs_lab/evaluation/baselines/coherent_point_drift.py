@@ -96,7 +96,7 @@ class CoherentPointDrift:
         """
         cable = self._cable
         if cable is None:
-            raise InputError("coherent point drift must be told the first frame's truth: call start(frame, truth)")
+            raise InputError("coherent point drift needs the first frame's truth: call start(frame, truth)")
         in_space = cable.nodes.shape[1] == 3
         points = points_in_space(frame) if in_space else points_in_image(frame)
         if len(points):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
@@ -119,7 +119,6 @@ def test_hidden_nodes_go_with_their_neighbours():
 
 
 @given(st.integers(0, 10**6), st.integers(3, 30))
-@settings(max_examples=60, deadline=None)
 def test_stretch_limits_hold(seed, count):
     rng = np.random.default_rng(seed)
     nodes = rng.normal(0.0, rng.choice([0.01, 1.0, 100.0]), (count, rng.integers(2, 4)))

@@ -9,7 +9,7 @@ from hypothesis import given
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig, GreedyLinkingConfig
 from dloftbs.data.mask_crop import MaskCrop
-from dloftbs.published import Walks, make_segments, walk
+from dloftbs.pipeline.published import Walks, make_segments, walk
 from dloftbs.skeleton import skeletonize
 
 THIN = CleaningConfig(open_px=1, close_px=1, thin_px=0, fill_holes=False)

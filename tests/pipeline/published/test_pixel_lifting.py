@@ -7,7 +7,7 @@ import pytest
 
 from dloftbs import PinholeCamera
 from dloftbs.config import PixelLiftingConfig
-from dloftbs.published import lift_pixels
+from dloftbs.pipeline.published import lift_pixels
 
 CAMERA = PinholeCamera(fx=500.0, fy=510.0, cx=32.0, cy=24.0)
 POINTS = np.array([[10.0, 20.0], [30.0, 5.0], [63.0, 47.0], [0.0, 0.0]])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.crossings.kernels.crossing_order import (
+from dloftbs.fitting.crossings.kernels.crossing_order import (
     ACROSS,
     ALONG,
     PLACES,

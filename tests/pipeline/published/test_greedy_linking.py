@@ -11,8 +11,8 @@ from drawings import draw_cable, wave
 from dloftbs import Centerline, Config, JointKind
 from dloftbs.cleaning import clean
 from dloftbs.config import GreedyLinkingConfig
-from dloftbs.published import make_segments, walk
-from dloftbs.published.greedy_linking import link_segments, ratio_test
+from dloftbs.pipeline.published import make_segments, walk
+from dloftbs.pipeline.published.greedy_linking import link_segments, ratio_test
 from dloftbs.skeleton import skeletonize
 
 SIZE = (240, 400)

@@ -9,7 +9,7 @@ from dloftbs.config import Config, NearestTrackingConfig, TrackingConfig
 from dloftbs.data.tracks import TrackState
 from dloftbs.errors import InputError
 from dloftbs.pipeline import make_tracker
-from dloftbs.published import NearestTracker
+from dloftbs.pipeline.published import NearestTracker
 from dloftbs.tracking import Tracker
 
 

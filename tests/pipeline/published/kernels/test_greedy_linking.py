@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.published.kernels.greedy_linking import link_greedily
+from dloftbs.pipeline.published.kernels.greedy_linking import link_greedily
 
 
 def literal_cost(a: np.ndarray, b: np.ndarray, da: np.ndarray, db: np.ndarray, weight: float) -> float:

@@ -15,12 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.config import DepthConfig
-from dloftbs.crossings.kernels import crossing_order as order
-from dloftbs.crossings.kernels.crossing_groups import select_crossings
-from dloftbs.crossings.kernels.intersections import flatten, intersect, measure_arcs
 from dloftbs.data.depth import unit_of
 from dloftbs.data.detection import Crossing, Detection
 from dloftbs.data.frame import Frame
+from dloftbs.fitting.crossings.kernels import crossing_order as order
+from dloftbs.fitting.crossings.kernels.crossing_groups import select_crossings
+from dloftbs.fitting.crossings.kernels.intersections import flatten, intersect, measure_arcs
 from dloftbs.support.arrays import FloatArray
 
 MIN_CONFIDENCE = 0.6

@@ -11,7 +11,7 @@ from dloftbs.data.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.kernels.polyline_lengths import arc_parameter
 from dloftbs.kernels.tracing import are_covered
-from dloftbs.published.kernels import greedy_linking as kernels
+from dloftbs.pipeline.published.kernels import greedy_linking as kernels
 from dloftbs.support.arrays import FloatArray, frozen
 
 _Links = dict[int, tuple[int, JointKind, float, float]]  # from an end to its partner, the kind, cost and margin

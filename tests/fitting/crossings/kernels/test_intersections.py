@@ -7,8 +7,8 @@ from builders import curve_through, loop, random_curve, wave
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.crossings.kernels.intersections import flatten, intersect, measure_arcs
 from dloftbs.data.curve import BSplineCurve
+from dloftbs.fitting.crossings.kernels.intersections import flatten, intersect, measure_arcs
 
 MAX = 20_000
 

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.crossings.kernels.crossing_groups import select_crossings
-from dloftbs.crossings.kernels.intersections import intersect
+from dloftbs.fitting.crossings.kernels.crossing_groups import select_crossings
+from dloftbs.fitting.crossings.kernels.intersections import intersect
 
 WIDTH, NEAR, REACH, TURN = 4.0, 1.5, 0.5, np.pi
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dloftbs.published.greedy_linking import close, link_segments
-from dloftbs.published.nearest_tracking import NearestTracker
-from dloftbs.published.pixel_lifting import MIN_POINTS, holes_of, lift_pixels
-from dloftbs.published.walks import Walks, make_segments, walk
+from dloftbs.pipeline.published.greedy_linking import close, link_segments
+from dloftbs.pipeline.published.nearest_tracking import NearestTracker
+from dloftbs.pipeline.published.pixel_lifting import MIN_POINTS, holes_of, lift_pixels
+from dloftbs.pipeline.published.walks import Walks, make_segments, walk
 
 __all__ = [
     "MIN_POINTS",

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 import dloftbs
 from dloftbs import BSplineCurve, Crossing, Detection, Frame, Joint, JointKind, Pipeline
 from dloftbs.config import LiftingConfig
-from dloftbs.crossings import find_crossings
+from dloftbs.fitting import find_crossings
 
 SIZE = (240, 320)
 MASK = np.zeros(SIZE, np.uint8)
