@@ -43,9 +43,7 @@ def test_the_folder_holds_what_its_readme_says(folder):
 
 def test_the_page_shows_the_files_and_the_figures_and_its_commands_are_there(folder):
     page = (folder / "index.html").read_text()
-    assert {
-        name for name in re.findall(r'(?:src|href)="([^"]+)"', page) if not (folder / name).is_file()
-    } == set()
+    assert {name for name in re.findall(r'(?:src|href)="([^"]+)"', page) if not (folder / name).is_file()} == set()
     for row in (folder / "printed").read_text().splitlines():
         assert html.escape(row[24:]) in page
     commands = re.findall(r"^dloftbs (\w+) (\S+)", html.unescape(page), re.MULTILINE)
