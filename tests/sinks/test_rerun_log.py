@@ -3,8 +3,10 @@
 import sys
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
+from cli.cli_inputs import run
 from drawings import draw_cable, wave
 
 import dloftbs
@@ -96,6 +98,13 @@ def test_the_viewer_is_started_and_stays_open(recordings):
     assert recordings[0].calls == ["spawn", "flush", "disconnect"]
     with pytest.raises(SinkError, match="closed"):
         sink.write(next(frames()), dloftbs.FrameResult((), (), None, SIZE))
+
+
+def test_track_shows_a_stream_in_the_viewer(recordings, tmp_path):
+    cv2.imwrite(str(tmp_path / "0.png"), next(frames()).mask)
+    run("track", tmp_path, "--rerun")
+    assert recordings[0].calls[0] == "spawn"
+    assert len(recordings[0].logged["world/camera/curves"]) == 1
 
 
 def test_without_the_package_an_error_says_how_to_install_it(monkeypatch, tmp_path):
