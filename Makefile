@@ -12,6 +12,11 @@ PHOTOGRAPHS ?= ../shared/data
 demo: .venv/installed
 	$(BIN)/dloftbs demo --out demo
 
+# README's moving picture, from a demo of its own.
+docs/images/demo.webp: .venv/installed-dev
+	$(BIN)/dloftbs demo --out build/demo
+	$(BIN)/python -m benchmarks.moving_picture build/demo/overlay.mp4
+
 # In as many processes as there are cores; one that is done early takes tests over from another. The kernels are
 # compiled before: processes that meet an empty cache each compile all of them, in the middle of tests with deadlines.
 test: .venv/installed-dev

@@ -1,4 +1,4 @@
-"""README's blocks and commands, run as they stand, in a folder with what they read."""
+"""Blocks and commands of README and of the two pages that go on from it, run as they stand, with what they read."""
 
 from __future__ import annotations
 
@@ -15,17 +15,24 @@ from drawings import draw_cable, wave
 from ros.bag_examples import COLOUR_TOPIC, raw_image, stamp_of, write_mcap
 
 import dloftbs
+from dloftbs_lab.commands import demo_names
+from dloftbs_lab.commands.demo_files import _WHAT
 
-README = Path(__file__).parents[1] / "README.md"
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+COMMANDS, PYTHON = ROOT / "docs" / "commands.md", ROOT / "docs" / "python.md"
+MAX_LINES = 120
+DEMO = "demo/"
+"""Where README's commands find what `dloftbs demo` has written; `tests/lab/commands/test_cli_demo.py` runs that."""
 SIZE = (240, 320)
 SERVE = ("tune", "view")
 """Commands that run until Ctrl-C: `tests/ui/test_newcomer.py` follows them."""
 CAMERA = "fx: 300.0\nfy: 300.0\ncx: 159.5\ncy: 119.5\n"
 
 
-def blocks(language: str) -> list[str]:
+def blocks(page: Path, language: str) -> list[str]:
     """Return the blocks of code of one language, in their order."""
-    return re.findall(rf"^```{language}\n(.*?)^```", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
 
 
 def mask_of(shift: float) -> np.ndarray:
@@ -63,27 +70,46 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_the_blocks_of_python_run_one_after_the_other(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_readme_is_short_and_begins_with_a_picture_and_the_two_commands() -> None:
+    lines = README.read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= MAX_LINES
+    first = "\n".join(lines[:20])
+    (picture,) = re.findall(r"\]\((docs/images/\S+)\)", first)
+    assert 100_000 < (ROOT / picture).stat().st_size < 3_000_000
+    assert re.findall(r"^make (\w+)", first, re.MULTILINE) == ["demo", "test"]
+
+
+@pytest.mark.parametrize("page", [README, COMMANDS, PYTHON, ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md"], ids=str)
+def test_links_lead_somewhere(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text(encoding="utf-8"))
+    assert [link for link in links if not link.startswith("http") and not (page.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("page", [README, PYTHON], ids=lambda page: page.name)
+def test_the_blocks_of_python_run_one_after_the_other(
+    page: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     names: dict[str, object] = {}
-    for block in blocks("python"):
-        exec(compile(block, str(README), "exec"), names)
-    assert len(blocks("python")) >= 8
+    for block in blocks(page, "python"):
+        exec(compile(block, str(page), "exec"), names)
     found = names["found"]
     assert isinstance(found, dloftbs.FrameResult)
     assert len(found) == 1
     assert found[0].curve_3d is not None
     assert found[0].curve_3d.end[2] == pytest.approx(0.6, abs=0.03)
-    assert len(capsys.readouterr().out.splitlines()) > 100
+    assert len(capsys.readouterr().out.splitlines()) > 4
 
 
 def test_the_commands_run(folder: Path) -> None:
-    commands = [line for block in blocks("sh") for line in block.splitlines() if line.startswith("dloftbs ")]
-    inline = re.findall(r"`dloftbs (track[^`]*)`", README.read_text(encoding="utf-8"))
-    for text in (*(line.removeprefix("dloftbs ") for line in commands), *inline):
+    lines = [line for page in (README, COMMANDS) for block in blocks(page, "sh") for line in block.splitlines()]
+    commands = [line.removeprefix("dloftbs ") for line in lines if line.startswith("dloftbs ")]
+    for text in commands:
         arguments = shlex.split(text, comments=True)
-        if arguments[0] not in SERVE:
+        if arguments[0] == "tune":  # as Save would
+            Path(arguments[arguments.index("--out") + 1]).write_text('segmentation: {hsv: ["170:10"]}\n')
+        elif arguments[0] not in SERVE and arguments[0] != "demo":
             run(*arguments)
-    assert len(commands) >= 5
+    assert {shlex.split(text)[0] for text in commands} >= {"demo", "tune", "view", "detect", "track", "batch"}
     for written in (
         "overlay.png",
         "stages.png",
@@ -98,9 +124,17 @@ def test_the_commands_run(folder: Path) -> None:
     assert len(list((folder / "cable").glob("*.ply"))) == 4  # one a frame
 
 
+def test_what_the_demo_leaves_is_what_the_next_command_reads() -> None:
+    (view,) = re.findall(r"^dloftbs view (.*?) +#", README.read_text(encoding="utf-8"), re.MULTILINE)
+    source, option, config = shlex.split(view)
+    assert option == "--config"
+    assert source == f"{DEMO}{demo_names.INPUT}"
+    assert config.removeprefix(DEMO) in _WHAT
+
+
 def test_each_question_is_answered_in_three_lines() -> None:
-    text = README.read_text(encoding="utf-8")
-    answers = text[text.index("Where is the end of the cable?") : text.index("## What it is not for")]
+    text = PYTHON.read_text(encoding="utf-8")
+    answers = text[text.index("Where is the end of the cable?") :]
     given = re.findall(r"```python\n(.*?)```", answers, re.DOTALL)
     assert len(given) == 5
     assert all(len(answer.splitlines()) <= 3 for answer in given)
@@ -108,7 +142,7 @@ def test_each_question_is_answered_in_three_lines() -> None:
 
 def test_its_colours_are_told_apart(folder: Path) -> None:
     """The ranges of the paragraph on colours: a cable of each colour, black and white too, is found."""
-    text = README.read_text(encoding="utf-8")
+    text = " ".join(COMMANDS.read_text(encoding="utf-8").split())
     ranges = dict(re.findall(r"(red is|yellow|green|blue|magenta) ([0-9]+:[0-9]+)", text))
     ranges |= {"black": "0:179,0:255,0:60", "white": "0:179,0:40,180:255"}
     assert all(hsv in text for hsv in ranges.values())

@@ -389,7 +389,8 @@ LEFT_OUT = {
     "evaluation.Matching.clean", "evaluation.Pair", "evaluation.PointError", "evaluation.TrackingScores",
     "ros.MessageFactory.__call__",
     "evaluation.TrackingScorer.add", "evaluation.TrackingScorer.track_of", "evaluation.match_distances",
-    "lab.write_sequence", "FrameResult.to_dataframe", "topology.EndMove", "topology.Move", "topology.Simplified",
+    "lab.write_sequence", "FrameResult.to_dataframe", "FrameResult.plot",
+    "topology.EndMove", "topology.Move", "topology.Simplified",
 }  # fmt: skip
 """Names that other tests try, or that nobody calls by hand."""
 MADE_BY_OPEN = ("Source", "Sink", "KnownSequence")

@@ -1,10 +1,14 @@
+import re
 import subprocess
 import sys
 
+import click
 import pytest
 from cli.cli_inputs import COMMAND, mask, run, save, start
 
 import dloftbs
+from dloftbs.cli import main
+from dloftbs.cli.help_sections import ORDER, SECTIONS
 from dloftbs.config.colour_words import COLOUR_WORDS
 from dloftbs.pipeline import kernel_loading
 
@@ -146,3 +150,24 @@ def test_help_keeps_its_examples_on_lines_of_their_own(command):
 
 def test_help_lists_the_words_for_colours():
     assert f"({', '.join(COLOUR_WORDS)})" in " ".join(run("detect", "--help").stdout.split())
+
+
+def test_help_lists_commands_in_the_order_of_use_with_three_examples():
+    text = run("--help").stdout
+    listed = re.findall(r"^  (\w+)  ", text[text.index("Commands:") :], re.MULTILINE)
+    assert listed[:4] == ["demo", "tune", "detect", "track"]
+    assert sorted(listed) == sorted(ORDER)
+    assert len(re.findall(r"^  dloftbs (\w+)", text, re.MULTILINE)) == 3
+
+
+@pytest.mark.parametrize("command", ["detect", "track", "stereo", "batch"])
+def test_help_lists_options_under_six_headings(command):
+    text = run(command, "--help").stdout
+    assert re.findall(r"^(\w[\w ]*):$", text, re.MULTILINE) == list(SECTIONS)
+    options = [parameter for parameter in main.commands[command].params if isinstance(parameter, click.Option)]
+    assert all(len(re.findall(rf"^  (?:-\w, )?{option.opts[0]}\b", text, re.MULTILINE)) >= 1 for option in options)
+
+
+def test_every_option_with_a_heading_is_there():
+    there = {parameter.name for command in main.commands.values() for parameter in command.params}
+    assert {name for names in SECTIONS.values() for name in names} <= there

@@ -87,7 +87,7 @@ def test_a_curve_behind_the_camera_has_its_own_parameters(tmp_path):
 def test_whole_after_every_frame(tmp_path):
     with CsvSink(tmp_path / "a.csv", samples=5) as sink:
         columns = "frame,stamp,object,state,i,u,x_px,y_px,inferred,u_3d,x_m,y_m,z_m,inferred_3d,"
-        columns += "tangent_x,tangent_y,tangent_x_3d,tangent_y_3d,tangent_z_3d\n"
+        columns += "tangent_x,tangent_y,tangent_x_3d,tangent_y_3d,tangent_z_3d,length_px,length_m\n"
         assert (tmp_path / "a.csv").read_text() == columns
         sink.write(examples.frame(), examples.detected())
         assert len(table(tmp_path / "a.csv")) == 10

@@ -39,7 +39,13 @@ COMMANDS = "dloftbs.commands"
 @click.version_option(__version__, prog_name="dloftbs", message="%(prog)s %(version)s")
 @click.pass_context
 def main(context: click.Context) -> None:
-    """Find and follow cables, ropes and hoses in images and video, as B-splines."""
+    """Find and follow cables, ropes and hoses in images and video, as B-splines.
+
+    \b
+    dloftbs demo                                     # generate a video, track it, open demo/index.html
+    dloftbs tune cable.mp4 --out cable.yaml          # draw along a cable, press Save
+    dloftbs track cable.mp4 --config cable.yaml --out curves.csv --overlay overlay.mp4
+    """
     context.with_resource(messages_to_stderr())
 
 

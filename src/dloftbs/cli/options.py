@@ -26,7 +26,9 @@ if TYPE_CHECKING:
 
 Command = Callable[..., None]
 
-DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".usda", ".xml", ".json", ".labelme", ".mcap")
+DATA_SUFFIXES = (
+    *(".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".usda", ".xml", ".json", ".labelme", ".mcap", ".rrd"),
+)
 CAMERA_SUFFIXES = (".yaml", ".yml", ".json", ".xml")
 STANDARD_OUTPUT = "-"
 
@@ -480,8 +482,7 @@ def input_options(command: Command) -> Command:
         "--depth-unit",
         type=click.FloatRange(MIN_DEPTH_UNIT_M, MAX_DEPTH_UNIT_M),
         metavar="METRES",
-        help="What a count of an integer depth image is worth; 0.001 where nobody says: millimetres. Floating-point "
-        "depth is in metres.",
+        help="Metres per unit of integer depth images; default 0.001, millimetres. Floating-point depth is in metres.",
     )
     @topic_options
     @click.option(
@@ -601,7 +602,7 @@ out_option = click.option(
     metavar="FILE",
     callback=check_data_paths,
     help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj, and for simulators .usda (USD) or "
-    ".xml (MuJoCo); labels for training to .json (COCO: masks) or a folder .labelme (lines); .mcap, or another folder "
-    "that ends in /, is a recording of ROS; - is JSON lines on standard output. Repeatable. "
-    "The configuration used is written beside the first file, as NAME.config.yaml.",
+    ".xml (MuJoCo); labels for training to .json (COCO: masks) or a folder .labelme (lines); .rrd for the viewer of "
+    "Rerun; .mcap, or another folder that ends in /, is a recording of ROS; - is JSON lines on standard output. "
+    "Repeatable. The configuration used is written beside the first file, as NAME.config.yaml.",
 )

@@ -14,6 +14,7 @@ from typing import IO, Any, NoReturn
 
 import click
 
+from dloftbs.cli.help_sections import ORDER
 from dloftbs.cli.streams import standard_streams
 from dloftbs.errors import DloftbsError, explain_import
 
@@ -41,6 +42,10 @@ class Shell(click.Group):
         """Parse the arguments and run the command, with standard streams that take any text."""
         with standard_streams(_output_lost):
             return super().main(*args, **kwargs)
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the commands in the order of use."""
+        return sorted(self.commands, key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name))
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

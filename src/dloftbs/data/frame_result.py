@@ -296,6 +296,47 @@ class FrameResult:
         """
         return outputs().points_table(self, samples)
 
+    def to_supervision(self) -> Any:
+        """Return the objects as detections of supervision, whose annotators, trackers and metrics then take them.
+
+        Tracks, or detections where there are no tracks, in their order; objects that the frame does not show are left
+        out. `Frame(instances=...)` and `detect(instances=...)` read such detections.
+
+        Returns
+        -------
+        supervision.Detections
+            ``mask`` (N, H, W), bool: each curve drawn with the object's width, without inferred parts; ``xyxy`` its
+            box; ``confidence``; ``class_id`` 0 and the data ``class_name`` "cable"; ``tracker_id`` the ids of tracks;
+            the data ``length_px``, and ``length_m``, NaN without a curve in space.
+
+        Raises
+        ------
+        InputError
+            If supervision is not installed.
+        """
+        return outputs().supervision_detections(self)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the curves into axes of matplotlib, over the frame where the result kept it, in pixels.
+
+        A dot is the start of a curve, a ring its end; dashed is what was inferred. The legend has ids and lengths.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            By default the axes of a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        InputError
+            If matplotlib is not installed, or `ax` is no axes.
+        """
+        return outputs().plot(self, ax)
+
 
 def _stage_ms(given: object) -> dict[str, float]:
     if not isinstance(given, Mapping):

@@ -17,12 +17,18 @@ class Outputs(NamedTuple):
         As `FrameResult.save` says.
     points_table : callable
         As `FrameResult.to_dataframe` says.
+    supervision_detections : callable
+        As `FrameResult.to_supervision` says.
+    plot : callable
+        As `FrameResult.plot` says.
     """
 
     result_png: Callable[[Any], bytes]
     trace_png: Callable[[Any], bytes]
     save: Callable[[Any, Any, Any], None]
     points_table: Callable[[Any, int], Any]
+    supervision_detections: Callable[[Any], Any]
+    plot: Callable[[Any, Any], Any]
 
 
 _load: list[Callable[[], Outputs]] = []

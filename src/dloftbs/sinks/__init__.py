@@ -31,6 +31,8 @@ from dloftbs.sinks.overlay_pictures import (
     OverlayVideoSink,
 )
 from dloftbs.sinks.points_csv import CsvSink
+from dloftbs.sinks.rerun_log import SUFFIX as RERUN_SUFFIX
+from dloftbs.sinks.rerun_log import RerunSink, RerunViewerSink
 from dloftbs.sinks.sink import MultiSink, PathSink, Sink
 from dloftbs.sinks.usd_curves import SUFFIX as USD_SUFFIX
 from dloftbs.sinks.usd_curves import UsdSink
@@ -50,6 +52,8 @@ __all__ = [
     "OverlayPictureSink",
     "OverlayVideoSink",
     "PathSink",
+    "RerunSink",
+    "RerunViewerSink",
     "Sink",
     "UsdSink",
     "kind_of",
@@ -71,6 +75,7 @@ _KINDS: dict[str, type[PathSink]] = {
     **dict.fromkeys(GEOMETRY_SUFFIXES, GeometrySink),
     USD_SUFFIX: UsdSink,
     MUJOCO_SUFFIX: MujocoSink,
+    RERUN_SUFFIX: RerunSink,
     **dict.fromkeys(VIDEO_SUFFIXES, OverlayVideoSink),
     **dict.fromkeys(IMAGE_SUFFIXES, OverlayPictureSink),
 }
@@ -110,9 +115,10 @@ def kind_of(path: str | Path) -> type[PathSink]:
     path : str or Path
         ``.mcap``: `dloftbs.ros.BagSink` (extra ``ros``). ``.jsonl`` or ``.ndjson``: `JsonLinesSink`. ``.npz``:
         `NpzSink`. ``.csv``: `CsvSink`. ``.ply`` or ``.obj``: `GeometrySink`. ``.usda``: `UsdSink`. ``.xml``:
-        `MujocoSink`. ``.json``: `CocoSink`. ``.labelme``, with or without a slash behind it: `LabelmeSink`. ``.mp4`` or
-        ``.mov``: `OverlayVideoSink`. ``.png``, ``.jpg`` and so on, unless it is a folder: `OverlayPictureSink`. No
-        suffix, a slash at the end, or a folder that exists: `OverlayImagesSink`.
+        `MujocoSink`. ``.rrd``: `RerunSink` (extra ``rerun``). ``.json``: `CocoSink`. ``.labelme``, with or without a
+        slash behind it: `LabelmeSink`. ``.mp4`` or ``.mov``: `OverlayVideoSink`. ``.png``, ``.jpg`` and so on, unless
+        it is a folder: `OverlayPictureSink`. No suffix, a slash at the end, or a folder that exists:
+        `OverlayImagesSink`.
 
     Raises
     ------

@@ -38,6 +38,8 @@ _OF_POINTS = {
     "tangent_x_3d": ".6f",
     "tangent_y_3d": ".6f",
     "tangent_z_3d": ".6f",
+    "length_px": ".3f",
+    "length_m": ".6f",
 }
 """Columns of points, and how they are written."""
 
@@ -58,8 +60,8 @@ class CsvSink(PathSink):
     1 where the point was not seen in this frame (it lies across a gap of the mask, or the track is hidden), else 0.
     Then the same point in space, empty without a curve there: ``u_3d`` its parameter on that curve, which is the arc
     length in space and not that in the image; ``x_m, y_m, z_m``; ``inferred_3d`` 1 where depth was bridged, not
-    measured. Last the unit tangents towards growing ``u``, ``tangent_x, tangent_y`` in the image and ``tangent_x_3d,
-    tangent_y_3d, tangent_z_3d`` in space.
+    measured. Then the unit tangents towards growing ``u``, ``tangent_x, tangent_y`` in the image and ``tangent_x_3d,
+    tangent_y_3d, tangent_z_3d`` in space. Last the lengths of the whole curves, ``length_px`` and ``length_m``.
 
     Each frame's rows are on their way to the disk before `write` returns: whenever the process dies, every frame
     written is whole.
@@ -163,13 +165,18 @@ def _points(row: ObjectRow, u: FloatArray) -> dict[str, npt.NDArray[Any]]:
     points, tangents = row.curve(u), row.curve.tangent(u)
     inferred = _inferred(None if row.detection is None else row.detection.inferred, u)
     in_image = (np.arange(len(u)), u, *points.T, inferred)
+    length = np.full(len(u), row.curve.length)
     if row.curve_3d is None:
         nothing = np.full(len(u), np.nan)
-        return dict(zip(_OF_POINTS, (*in_image, *[nothing] * 5, *tangents.T, *[nothing] * 3), strict=True))
+        return dict(
+            zip(_OF_POINTS, (*in_image, *[nothing] * 5, *tangents.T, *[nothing] * 3, length, nothing), strict=True)
+        )
     at = _u_in_space(row, row.curve_3d, u)
     inferred_3d = _inferred(None if row.detection is None else row.detection.inferred_3d, at)
     in_space = (at, *row.curve_3d(at).T, inferred_3d)
-    return dict(zip(_OF_POINTS, (*in_image, *in_space, *tangents.T, *row.curve_3d.tangent(at).T), strict=True))
+    lengths = length, np.full(len(u), row.curve_3d.length)
+    values = (*in_image, *in_space, *tangents.T, *row.curve_3d.tangent(at).T, *lengths)
+    return dict(zip(_OF_POINTS, values, strict=True))
 
 
 def _bends(row: ObjectRow, u: FloatArray) -> dict[str, npt.NDArray[Any]]:

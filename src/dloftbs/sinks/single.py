@@ -14,7 +14,9 @@ from dloftbs.data.stage_trace import StageTrace
 from dloftbs.errors import InputError
 from dloftbs.sinks.overlay_pictures import picture_name
 from dloftbs.sinks.points_csv import points_table
+from dloftbs.sinks.supervision_detections import supervision_detections
 from dloftbs.support.values import check_path, check_type
+from dloftbs.viz.axes_plot import plot
 
 
 def save(result: FrameResult, path: str | Path, frame: Frame | None = None) -> None:
@@ -48,4 +50,4 @@ def _trace_png(trace: StageTrace) -> bytes:
     return viz.as_png(viz.draw_stages(trace))
 
 
-OUTPUTS = Outputs(_result_png, _trace_png, save, points_table)
+OUTPUTS = Outputs(_result_png, _trace_png, save, points_table, supervision_detections, plot)

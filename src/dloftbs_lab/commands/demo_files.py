@@ -19,7 +19,8 @@ from dloftbs.errors import SinkError
 from dloftbs.support.json_text import encode
 from dloftbs.support.safe_files import sink_errors, write_whole
 from dloftbs_lab.commands import demo_space
-from dloftbs_lab.commands.demo_names import CURVES, INPUT, OVERLAY, README, SHEET, SUMMARY
+from dloftbs_lab.commands.demo_names import CURVES, INDEX, INPUT, OVERLAY, README, SHEET, SUMMARY
+from dloftbs_lab.commands.demo_page import demo_page
 from dloftbs_lab.commands.scoring import spread_text
 from dloftbs_lab.synthetic import DemoSequence
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from dloftbs_lab.commands.demo_space import SpaceRun
 
 _WHAT = {
+    INDEX: "a page with the video, the figures and the commands to run next: open this first",
     INPUT: "the video that was drawn",
     OVERLAY: "the video with the curves: a dot is the start, a ring the end, dashes were not seen but inferred",
     SHEET: "a dozen frames of it",
@@ -123,8 +125,8 @@ def _timing(run: DemoRun) -> dict[str, Any]:
     }
 
 
-def table(run: DemoRun, space: SpaceRun, sequence: DemoSequence) -> str:
-    """Return the figures as text."""
+def figures_of(run: DemoRun, space: SpaceRun, sequence: DemoSequence) -> list[tuple[str, str]]:
+    """Return the figures, each with its name."""
     timing, scores = _timing(run), run.scores.to_dict()
     height, width = sequence.size
     frames, cables = timing["frames"], run.scores.cables
@@ -147,12 +149,17 @@ def table(run: DemoRun, space: SpaceRun, sequence: DemoSequence) -> str:
         ids = scores["ids_of_each_cable"][cable]
         rows.append((f"cable {cable + 1}", f"without a curve in {missing} of {frames} frames; ids in all: {ids}"))
     rows.append(("turned around", f"{scores['turned_around']} times"))
-    rows += space.rows()
+    return rows + space.rows()
+
+
+def table(rows: list[tuple[str, str]]) -> str:
+    """Return the figures as text."""
     return "\n".join(f"{name:24}{value}" for name, value in rows)
 
 
-def describe(figures: str, space: SpaceRun, folder: Path) -> None:
-    """Write what the folder holds, the command that makes the same, and the figures."""
+def describe(rows: list[tuple[str, str]], space: SpaceRun, folder: Path) -> None:
+    """Write what the folder holds, the command that makes the same, and the figures: as text, and as a page."""
+    write_whole(folder / INDEX, demo_page(rows, space.command()).encode())
     files = "\n".join(f"{name:20}{what}" for name, what in _WHAT.items())
     text = (
         f"{_TITLE} {__version__}\n\n{files}\n\n"
@@ -160,7 +167,7 @@ def describe(figures: str, space: SpaceRun, folder: Path) -> None:
         f"    dloftbs track {INPUT} --config cable_1.config.yaml --out cable_1.jsonl --overlay cable_1.mp4\n\n"
         "A cable in space, its curve as a mesh:\n\n"
         f"    {space.command()}\n\n"
-        f"{figures}\n\n"
+        f"{table(rows)}\n\n"
         "L1: mean distance of the cables' visible pixels to the nearest curve; a perfect one has a quarter of their\n"
         "width. L2: of the curves' points to the nearest visible pixel; parts under a hand or a gripper count here.\n"
         "L3: of a curve from its true one at equal arc lengths, hidden parts included, the best curve for each cable;\n"

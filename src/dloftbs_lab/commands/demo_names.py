@@ -1,4 +1,4 @@
 """Names of the files in the demo's folder."""
 
 INPUT, OVERLAY, CURVES, SHEET = "input.mp4", "overlay.mp4", "curves.jsonl", "contact_sheet.png"
-SUMMARY, README = "summary.json", "README.txt"
+SUMMARY, README, INDEX = "summary.json", "README.txt", "index.html"

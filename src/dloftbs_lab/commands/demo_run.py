@@ -22,6 +22,8 @@ from dloftbs_lab.commands.scoring import Scores, score_frame
 from dloftbs_lab.synthetic import DemoSequence
 
 _PICTURES = 12
+STYLE = viz.Style(palette=((66, 228, 240), (250, 230, 120)))
+"""Yellow on the blue cable, light blue on the pink one."""
 
 
 @dataclass
@@ -81,7 +83,7 @@ def _write(source: Source, results: list[FrameResult], run: DemoRun, folder: Pat
     wanted = {results[i].index for i in np.linspace(0, len(results) - 1, _PICTURES).round().astype(int)}
 
     def draw(frame: Frame, result: FrameResult) -> npt.NDArray[np.uint8]:
-        picture = viz.draw(frame, result)
+        picture = viz.draw(frame, result, style=STYLE)
         if frame.index in wanted:
             run.pictures[frame.index] = picture
         return picture

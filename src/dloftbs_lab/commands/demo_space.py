@@ -19,6 +19,7 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.safe_files import write_whole
+from dloftbs_lab.commands.demo_run import STYLE
 from dloftbs_lab.commands.scoring import NOTHING, spread, spread_text
 from dloftbs_lab.evaluation import length_error, match_curves
 from dloftbs_lab.synthetic import TYPICAL_NOISE, RgbdSequence, depth_sigma, rgbd_artificial
@@ -140,7 +141,7 @@ def follow_in_space(frames: int, size: tuple[int, int], seed: int, folder: Path)
             if frame.index == len(sequence) // 2:
                 _write_png(folder / IMAGE, frame.image)
                 _write_png(folder / DEPTH, frame.depth)
-                figure = viz.draw_3d(frame, result)
+                figure = viz.draw_3d(frame, result, style=STYLE)
                 _write_png(folder / FIGURE, figure)
     write_config(config_beside([str(folder / CURVES[0])], config), config)
     return run

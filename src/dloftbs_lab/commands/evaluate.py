@@ -93,7 +93,7 @@ def evaluate(
     the first frame, if it has one. Modules are found in the current folder, and where Python finds others. cpd is
     coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial: it is given the
     first frame's curve and the cable's length.
-    --config, --set and --hsv change all methods but these last.
+    --config and --set change the package's own methods; MODULE:CALLABLE gets the mask by --hsv where a frame has none.
 
     The folder of --out gets the tables (report.md, pages/*.md, tables/*.csv, report.json), the figures in short
     (summary.json), every frame's scores (frames.csv), whether every joint is right (joints.csv), plots, and pictures

@@ -17,7 +17,7 @@ from typing import Any, cast
 
 import msgspec
 
-from dloftbs.config import Config
+from dloftbs.config import Config, HsvRange, SegmentationConfig
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import ConfigError, InputError
@@ -88,7 +88,9 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
     found = _imported(name)
     if not callable(found) or (inspect.isclass(found) and "__call__" not in dir(found)):
         raise InputError(f"method {name!r} must be a function, or a class whose instances can be called, got {found!r}")
-    return Method(name, functools.partial(_strangers, name), _digest(importlib.import_module(module_name)))
+    hsv = () if settings is None else settings.hsv
+    digest = _digest(importlib.import_module(module_name))
+    return Method(name, functools.partial(_strangers, name, hsv), f"{digest} {hsv}" if hsv else digest)
 
 
 @contextmanager
@@ -150,10 +152,37 @@ def _by_colour(process: Callable[[Frame], FrameResult], frame: Frame) -> FrameRe
     return process(frame if frame.image is None else replace(frame, mask=None))
 
 
-def _strangers(name: str) -> Callable[[Frame], Any]:
+def _strangers(name: str, hsv: tuple[HsvRange, ...] = ()) -> Callable[[Frame], Any]:
     found = _imported(name)
     made = found() if inspect.isclass(found) else found
-    return cast(Callable[[Frame], Any], made)
+    return cast(Callable[[Frame], Any], Masked(made, hsv) if hsv else made)
+
+
+class Masked:
+    """A method that gets the mask by colour of frames without one, as the package's own methods find it.
+
+    Parameters
+    ----------
+    method : callable
+    hsv : tuple of HsvRange
+    """
+
+    def __init__(self, method: Any, hsv: tuple[HsvRange, ...]) -> None:
+        from dloftbs.segmentation import HsvSegmenter
+
+        self._method = method
+        self._segment = HsvSegmenter(SegmentationConfig(hsv=hsv))
+        if hasattr(method, "start"):
+            self.start = lambda frame, truth: method.start(self._with_mask(frame), truth)
+
+    def __call__(self, frame: Frame) -> Any:
+        """Return the curves that the method finds in a frame."""
+        return self._method(self._with_mask(frame))
+
+    def _with_mask(self, frame: Frame) -> Frame:
+        if frame.image is None or frame.mask is not None:
+            return frame
+        return replace(frame, mask=self._segment(frame.image))
 
 
 def _imported(name: str) -> Any:

@@ -1,5 +1,7 @@
+import html
 import json
 import math
+import re
 from dataclasses import replace
 
 import cv2
@@ -14,9 +16,11 @@ from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.sinks import read_json_lines
+from dloftbs_lab.commands.demo_run import STYLE
 from dloftbs_lab.commands.demo_space import SpaceRun
 from dloftbs_lab.commands.scoring import CableScore, FrameScore, Scores, score_frame
 from dloftbs_lab.synthetic import rgbd_artificial
+from dloftbs_lab.synthetic.studio import DYES
 from dloftbs_lab.truth import Truth
 
 FRAMES = 14
@@ -35,6 +39,22 @@ def test_the_folder_holds_what_its_readme_says(folder):
     for file in folder.iterdir():
         assert file.name in readme or file.name == "printed"
     assert (folder / "printed").read_text() in readme
+
+
+def test_the_page_shows_the_files_and_the_figures_and_its_commands_are_there(folder):
+    page = (folder / "index.html").read_text()
+    assert {name for name in re.findall(r'(?:src|href)="([^"]+)"', page) if not (folder / name).is_file()} == set()
+    for row in (folder / "printed").read_text().splitlines():
+        assert html.escape(row[24:]) in page
+    commands = re.findall(r"^dloftbs (\w+) (\S+)", html.unescape(page), re.MULTILINE)
+    assert [verb for verb, _ in commands] == ["view", "track", "detect", "tune", "track"]
+    assert all((folder / source).is_file() for _, source in commands[:3])
+
+
+def test_the_overlay_is_far_from_the_colours_beneath():
+    dyes = np.array(DYES)
+    for curve, dye in zip(STYLE.palette, dyes, strict=True):
+        assert np.abs(np.array(curve) - dye).max() > 120
 
 
 def test_the_videos_play(folder):

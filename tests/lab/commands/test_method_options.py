@@ -3,6 +3,7 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from cli.cli_inputs import mask, photo
 
@@ -10,7 +11,7 @@ from dloftbs.config import Config, HsvRange
 from dloftbs.data.frame import Frame
 from dloftbs.errors import ConfigError, InputError
 from dloftbs_lab.commands.method_options import MethodSettings
-from dloftbs_lab.commands.methods import config_of, current_folder_importable, method_of, methods_of
+from dloftbs_lab.commands.methods import Masked, config_of, current_folder_importable, method_of, methods_of
 
 RED = HsvRange.parse("170:10,80:255,60:255")
 
@@ -98,3 +99,31 @@ def test_the_current_folder_is_on_the_path_for_as_long_as_it_is_needed(tmp_path,
 def test_processes_of_a_run_may_import_any_of_it_first(name):
     code = f"import dloftbs_lab.commands.{name}; from dloftbs.cli import main; assert 'evaluate' in main.commands"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+class Recorder:
+    """A method of somebody else, which keeps the frames that it is given."""
+
+    frames: list = []  # noqa: RUF012
+
+    def start(self, frame, truth):
+        self.frames.append(frame)
+
+    def __call__(self, frame):
+        self.frames.append(frame)
+        return []
+
+
+def test_a_method_of_others_gets_the_mask_by_colour_of_frames_without_one(monkeypatch):
+    monkeypatch.setattr(Recorder, "frames", [])
+    image = np.zeros((40, 60, 3), np.uint8)
+    image[10:20] = (30, 20, 210)
+    method = Masked(Recorder(), (RED,))
+    method.start(Frame(image=image), None)
+    method(Frame(image=image))
+    method(Frame(image=image, mask=np.eye(40, 60, dtype=bool)))
+    masks = [np.asarray(frame.mask) > 0 for frame in Recorder.frames]
+    assert np.flatnonzero(masks[0].all(axis=1)).tolist() == list(range(10, 20))
+    assert np.array_equal(masks[0], masks[1])
+    assert masks[2].sum() == 40
+    assert not hasattr(Masked(lambda frame: [], (RED,)), "start")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.help_sections import SectionedCommand
 from dloftbs.cli.limits import MAX_JOBS, FilledPath, file_path
 from dloftbs.cli.options import InputOptions, config_options, every_option, fps_option, input_options, limit_option
 from dloftbs.cli.shell import BAD_INPUT, interrupted
@@ -41,7 +42,7 @@ def parse_shard(context: click.Context, parameter: click.Parameter, text: str | 
         raise click.BadParameter(str(error), context, parameter) from error
 
 
-@click.command(short_help="Follow the cables through many streams, each by itself.")
+@click.command(cls=SectionedCommand, short_help="Follow the cables through many streams, each by itself.")
 @click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
 @click.option(
     "--out",

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dloftbs.cli.answer_options import Answers, answer_options
+from dloftbs.cli.help_sections import SectionedCommand
 from dloftbs.cli.limits import MAX_JOBS, FilledPath
 from dloftbs.cli.options import (
     STANDARD_OUTPUT,
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from dloftbs.data.frame import Frame
 
 
-@click.command(short_help="Find the cables in images, each by itself.")
+@click.command(cls=SectionedCommand, short_help="Find the cables in images, each by itself.")
 @click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
 @out_option
 @click.option(

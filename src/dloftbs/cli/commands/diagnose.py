@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.help_sections import SectionedCommand
 from dloftbs.cli.limits import MAX_FRAMES, FilledPath
 from dloftbs.cli.options import InputOptions, check_pictures, config_options, every_option, fps_option, input_options
 from dloftbs.cli.shell import interrupted
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 _FRAMES = 50
 
 
-@click.command(short_help="Say why it finds too much, too little or the wrong thing.")
+@click.command(cls=SectionedCommand, short_help="Find out which stage fails first, with pictures.")
 @click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
 @click.option(
     "--stages",

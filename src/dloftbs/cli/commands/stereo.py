@@ -11,6 +11,7 @@ import click
 
 from dloftbs.cli.answer_options import Answers, answer_options
 from dloftbs.cli.commands.track import open_page, open_sink
+from dloftbs.cli.help_sections import SectionedCommand
 from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.options import (
     STANDARD_OUTPUT,
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from dloftbs.data.frame_result import FrameResult
 
 
-@click.command(short_help="Follow the cables through the streams of two cameras, in metres.")
+@click.command(cls=SectionedCommand, short_help="Follow the cables through the streams of two cameras, in metres.")
 @click.argument("where", metavar="LEFT [RIGHT]", nargs=-1, required=True, type=FilledPath())
 @click.option(
     "--rig",

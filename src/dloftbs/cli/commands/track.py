@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dloftbs.cli.answer_options import Answers, answer_options
+from dloftbs.cli.help_sections import SectionedCommand
 from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.options import (
     STANDARD_OUTPUT,
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from dloftbs.sources import Source
 
 
-@click.command(short_help="Follow the cables through a stream.")
+@click.command(cls=SectionedCommand, short_help="Follow the cables through a stream.")
 @click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
 @out_option
 @click.option(
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
 @click.option(
     "--view", is_flag=True, help="Show the curves live on a page while tracking; a recording waits until it is open."
 )
+@click.option("--rerun", is_flag=True, help="Show frames and curves live in the viewer of Rerun (extra rerun).")
 @answer_options
 @input_options
 @robot_options
@@ -72,6 +74,7 @@ def track(
     every: int,
     fps: float | None,
     view: bool,
+    rerun: bool,
     answers: Answers,
     inputs: InputOptions,
     config: Config,
@@ -83,7 +86,7 @@ def track(
     masks in their natural order, the files of one, an .npy or .npz file, a recording of ROS (.mcap, .db3, .bag
     or a rosbag2 folder), the index of a camera or its device /dev/video0, the address of a stream, or - for
     standard input. Without
-    --out, --overlay, --stages and --view, results are JSON lines on standard output; --out - prints them
+    --out, --overlay, --stages, --view and --rerun, results are JSON lines on standard output; --out - prints them
     beside other outputs. Progress and a summary of the timing go to standard error. What cannot be read is
     reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files are closed, the summary is
     printed, and the exit code is 130. Reading, tracking and writing go on side by side; a camera that is
@@ -105,7 +108,7 @@ def track(
 
     if view:
         require_page()
-    if not outs and overlay is None and stages is None and not view:
+    if not outs and overlay is None and stages is None and not view and not rerun:
         outs = (STANDARD_OUTPUT,)
     if with_input and not any(is_recording(path) for path in outs):
         raise click.UsageError("--with-input goes with --out NAME.mcap or --out FOLDER/")
@@ -120,7 +123,7 @@ def track(
     try:
         with ExitStack() as stack:
             stack.enter_context(run)
-            sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs, answers))
+            sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs, answers, rerun=rerun))
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
@@ -164,11 +167,17 @@ def open_sink(
     with_input: bool,
     inputs: InputOptions,
     answers: Answers,
+    *,
+    rerun: bool = False,
 ) -> Sink:
     """Open all outputs as one sink."""
     from dloftbs.cli.outputs import open_all_pictures, open_outputs
     from dloftbs.pipeline import Pipeline
+    from dloftbs.sinks import RerunViewerSink
 
     # Another pipeline, since what is drawn is drawn in another thread.
     drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0, answers=answers)
-    return open_outputs(outputs.data, *drawn, with_input=with_input, pose=inputs.pose, answers=answers, config=config)
+    live = [RerunViewerSink()] if rerun else []
+    return open_outputs(
+        outputs.data, *drawn, *live, with_input=with_input, pose=inputs.pose, answers=answers, config=config
+    )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.help_sections import SectionedCommand
 from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.options import InputOptions, config_options, input_options
 from dloftbs.cli.page import (
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from dloftbs.config import Config
 
 
-@click.command(short_help="Say on a page what in the picture is cable.")
+@click.command(cls=SectionedCommand, short_help="Tune the segmentation in a browser: draw along a cable.")
 @click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
 @click.option(
     "--out",

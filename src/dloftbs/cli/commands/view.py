@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.help_sections import SectionedCommand
 from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.options import InputOptions, config_options, every_option, input_options
 from dloftbs.cli.page import LOOK_EVERY_S, PageOptions, check_colour, page_options, require_page, served
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from dloftbs.config import Config
 
 
-@click.command(short_help="Look at the curves live, on a page.")
+@click.command(cls=SectionedCommand, short_help="Show the curves live in a browser.")
 @click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
 @every_option
 @input_options
