@@ -37,7 +37,7 @@ from dloftbs.linking import calibration, existence_weights
 from dloftbs.linking.kernels import weights as in_use
 from dloftbs.linking.kernels.joint_features import GAP_ROUND
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[2] / "docs" / "maintainers"
 
 COLUMNS = {
     "LINK_TURN": "turn through a junction, as a bend, rad²",
@@ -61,7 +61,7 @@ _SURE, _LIKELY = 0.99, (0.9, 0.95)
 
 _ON_WEIGHTS = """# The weights of linking
 
-For maintainers; [how linking decides](linking.md) says what they mean. Made by `python -m benchmarks.fit_linking
+For maintainers; [how linking decides](../linking.md) says what they mean. Made by `python -m benchmarks.fit_linking
 weights`.
 
 A choice is a set of branch ends that may be joined with each other, with all its readings. The odds of a reading are e
@@ -72,7 +72,7 @@ other, which a mask alone does not tell apart.
 """
 _ON_CONFIDENCE = """# The confidence of joints
 
-For maintainers; [how linking decides](linking.md) says what it means. Made by `python -m benchmarks.fit_linking
+For maintainers; [how linking decides](../linking.md) says what it means. Made by `python -m benchmarks.fit_linking
 confidence`, of other scenes than the [weights](linking-weights.md).
 
 The confidence of a joint is the probability that it is right. Its log-odds go with its margin m and its cost c, nats;
@@ -96,7 +96,7 @@ cables end there. Of the drawn ones none is right, of those behind discs nearly 
 
 _ON_EXISTENCE = """# The existence of objects
 
-For maintainers; [how linking decides](linking.md) says what it means. Made by `python -m benchmarks.fit_linking
+For maintainers; [how linking decides](../linking.md) says what it means. Made by `python -m benchmarks.fit_linking
 existence`.
 
 The existence of an object is the probability that it is a cable at all, and no debris or error of the segmentation. Its
@@ -271,7 +271,7 @@ def report_confidence(claims: Sequence[Claim], lines: dict[str, Floats]) -> str:
     return _ON_CONFIDENCE.format(lines=said) + "\n".join(rows) + "\n"
 
 
-_MOSTLY_FITTED = "fitted, but `OTHER_COLOUR` is counted (docs/linking.md)"
+_MOSTLY_FITTED = "fitted, but `OTHER_COLOUR` is counted (docs/linking-rules.md)"
 """Source of the weights of joints."""
 
 
@@ -317,13 +317,13 @@ def write_existence(line: Floats) -> str:
 def _module(what: str, page: str, imports: str) -> str:
     return (
         f'"""{what}; made by ``python -m benchmarks.fit_linking {page}``.\n\n'
-        f"docs/linking-{page}.md has what they were fitted to, and the results on each source left out.\n"
+        f"docs/maintainers/linking-{page}.md has what they were fitted to, and the results on each source left out.\n"
         f'"""\n\nfrom __future__ import annotations\n{imports}'
     )
 
 
 def _docstring(what: str, page: str, how: str = "fitted") -> str:
-    return f'"""{what}.\n\nSource: {how}; see docs/linking-{page}.md.\n"""\n'
+    return f'"""{what}.\n\nSource: {how}; see docs/maintainers/linking-{page}.md.\n"""\n'
 
 
 if __name__ == "__main__":

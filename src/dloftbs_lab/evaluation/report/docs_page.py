@@ -38,8 +38,8 @@ _ON_PHOTOGRAPHS = (
     "thirty of each set of mBEST (Choi et al., 2023), one, two and three cables, with masks by their colours and "
     "labelled pixels as the truth.\n\n"
     "† These photographs were among what the weights of the default's linking were fitted on. With all of them left "
-    "out of the fit no choice in them is read wrongly either: see [the weights of linking](../linking-weights.md). "
-    "The published method has no fitted weights.\n\n"
+    "out of the fit no choice in them is read wrongly either: see [the weights of linking]"
+    "(../maintainers/linking-weights.md). The published method has no fitted weights.\n\n"
     "`make results PHOTOGRAPHS=FOLDER` makes this page again, where FOLDER holds `cables` and `mbest`.\n"
 )
 _SHRINK = 0.85
