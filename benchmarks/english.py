@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import inspect
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -162,7 +163,7 @@ def help_pages() -> Iterator[tuple[Path, str]]:
 
     for name, command in sorted(group.commands.items()):
         # Click shows paragraphs that begin with a backspace as they are: examples.
-        paragraphs = [part for part in (command.help or "").split("\n\n") if not part.startswith("\b")]
+        paragraphs = [part for part in inspect.cleandoc(command.help or "").split("\n\n") if not part.startswith("\b")]
         options = [one.help or "" for one in command.params if isinstance(one, click.Option)]
         yield HELP / name, "\n\n".join([*paragraphs, *(f"- {text}" for text in options)])
 

@@ -142,7 +142,7 @@ def config_options(command: Command) -> Command:
         "--objects",
         type=click.IntRange(1, MAX_OBJECTS),
         metavar="N",
-        help="How many cables there are, if that is known: pieces are joined to N, what is left over is dropped.",
+        help="Number of cables, if it is known: pieces are joined to N objects, and the rest is dropped.",
     )
     @click.option(
         "--branched",
@@ -159,8 +159,8 @@ def config_options(command: Command) -> Command:
     @click.option(
         "--mask-is",
         type=click.Choice(("auto", "binary", "probability", "labels")),
-        help="What the values of masks are: cable wherever they are not 0 (binary), numbers of objects (labels), or a "
-        "probability, as networks give it; auto takes many grey values, nearly all of them sure, for one.",
+        help="Meaning of the values of masks: cable wherever they are not 0 (binary), numbers of objects (labels), or "
+        "a probability, as networks give it; auto takes many grey values, nearly all of them sure, for one.",
     )
     @roi_option
     @functools.wraps(command)
@@ -435,7 +435,7 @@ def input_options(command: Command) -> Command:
         type=click.Choice(("auto", "image", "mask")),
         default="auto",
         show_default=True,
-        help="What the frames are; auto: grey image files, and labels in indexed colour, are masks, in which any "
+        help="Kind of the frames. auto: grey image files, and labels in indexed colour, are masks, in which any "
         "non-zero is cable, unless there is a colour to find in them.",
     )
     @click.option(
@@ -480,8 +480,7 @@ def input_options(command: Command) -> Command:
         "--depth-unit",
         type=click.FloatRange(MIN_DEPTH_UNIT_M, MAX_DEPTH_UNIT_M),
         metavar="METRES",
-        help="What a count of an integer depth image is worth; 0.001 where nobody says: millimetres. Floating-point "
-        "depth is in metres.",
+        help="Metres per unit of integer depth images; default 0.001, millimetres. Floating-point depth is in metres.",
     )
     @topic_options
     @click.option(
@@ -600,8 +599,8 @@ out_option = click.option(
     type=FilledPath(),
     metavar="FILE",
     callback=check_data_paths,
-    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj, and for simulators .usda (USD) or "
-    ".xml (MuJoCo); labels for training to .json (COCO: masks) or a folder .labelme (lines); .mcap, or another folder "
-    "that ends in /, is a recording of ROS; - is JSON lines on standard output. Repeatable. "
+    help="Write curves to a file: .jsonl, .npz or .csv; in space .ply or .obj, and for simulators .usda (USD) or .xml "
+    "(MuJoCo). Write labels for training to .json (COCO: masks) or a folder .labelme (lines). A file .mcap, or another "
+    "folder that ends in /, is a recording of ROS. - is JSON lines on standard output. Repeatable. "
     "The configuration used is written beside the first file, as NAME.config.yaml.",
 )
