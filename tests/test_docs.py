@@ -9,6 +9,7 @@ import types
 from pathlib import Path
 
 import pytest
+from benchmarks import page_pictures
 
 import dloftbs
 from dloftbs.cli import main
@@ -57,6 +58,13 @@ def test_a_broken_link_is_found(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("# Here it is\n[a](#here-it-is) [b](page.md#here-it-is) [c](#there) [d](gone.md) `[e](code.md)`\n")
     assert broken(page) == ["#there", "gone.md"]
+
+
+def test_every_picture_is_on_a_page():
+    links = {(page.parent / link).resolve() for page in PAGES for link in LINK.findall(prose(page))}
+    pictures = {path for path in (DOCS / "images").rglob("*") if path.is_file()}
+    assert sorted(str(path.relative_to(DOCS)) for path in pictures - links) == []
+    assert {DOCS / "images" / f"{name}.png" for name in page_pictures.PICTURES} <= pictures
 
 
 def test_every_page_is_on_the_first_one():

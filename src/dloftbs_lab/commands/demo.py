@@ -19,7 +19,7 @@ _WIDTH_PX = 12.0  # at 720 rows
 _SPACE_SHARE = 3  # so many times fewer frames in space
 
 
-@click.command(short_help="Draw a video, track it, and say how well that went.")
+@click.command(short_help="Generate a demo video, track it and report the accuracy.")
 @click.option("--out", "-o", type=file_path(), default="demo", show_default=True, metavar="FOLDER")
 @click.option("--frames", type=click.IntRange(2, MAX_DEMO_FRAMES), metavar="N", help=f"Of the video; {_FULL[0]}.")
 @click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For another scene.")
@@ -29,7 +29,7 @@ _SPACE_SHARE = 3  # so many times fewer frames in space
 def demo(
     context: click.Context, out: Path, frames: int | None, seed: int, size: tuple[int, int] | None, quick: bool
 ) -> None:
-    """Draw a video of two cables, track each by its colour, and say how well that went.
+    """Generate a video of two cables, track each by its colour, and report the accuracy.
 
     The folder gets the video, the curves, the video with the curves drawn on it, a sheet of a dozen
     frames, the figures, and a README that names each file and the command that does the same. Then

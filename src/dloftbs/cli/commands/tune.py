@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from dloftbs.config import Config
 
 
-@click.command(short_help="Say on a page what in the picture is cable.")
+@click.command(short_help="Tune the segmentation in a browser.")
 @click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
 @click.option(
     "--out",
