@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from sphinx.ext.napoleon.docstring import NumpyDocstring
 
 import dloftbs
 from dloftbs.cli import main
@@ -31,6 +32,7 @@ myst_enable_extensions = ["colon_fence"]
 autodoc_typehints = "none"  # docstrings have the types
 autodoc_member_order = "bysource"
 autoclass_content = "class"
+napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
 python_use_unqualified_type_names = True
@@ -42,8 +44,20 @@ html_show_sphinx = False
 
 NAME = re.compile(r"^- `(dloftbs[\w.]*)`$", re.MULTILINE)
 COMMAND = re.compile(r"^- `dloftbs ([\w-]+)`$", re.MULTILINE)
-LINK = re.compile(r"\]\(([\w./-]+\.md)\)")
+LINK = re.compile(r"^- \[([^]]+)\]\(([\w./-]+\.md)\)", re.MULTILINE)
 OUTSIDE = re.compile(r"(?<!!)\[([^]]+)\]\(((?:\.\./)+[\w./-]*)(?:#[\w-]+)?\)")
+
+
+parse_sections = NumpyDocstring._parse
+
+
+def parse_as_method(self: NumpyDocstring) -> None:
+    """Read the docstring of a property as that of a method; else its first line, up to a colon, is taken for a type."""
+    self._what = "method" if self._what == "property" else self._what
+    parse_sections(self)
+
+
+NumpyDocstring._parse = parse_as_method
 
 
 def contents(index: str) -> str:
@@ -51,7 +65,7 @@ def contents(index: str) -> str:
     trees = []
     for section in re.split(r"^## ", index, flags=re.MULTILINE)[1:]:
         caption, _, text = section.partition("\n")
-        pages = list(dict.fromkeys(LINK.findall(text)))
+        pages = [f"{title} <{page}>" for title, page in LINK.findall(text)]
         trees.append("\n".join(["```{toctree}", ":hidden:", f":caption: {caption}", "", *pages, "```"]))
     return "\n\n".join([index, *trees])
 
