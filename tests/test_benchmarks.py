@@ -312,6 +312,15 @@ def test_the_page_of_linking_shows_what_linking_does():
     assert pictures == set(looks) == set(re.findall(r"\(images/linking/([a-z-]+)\.png\)", page))
 
 
+def test_the_costs_that_the_page_on_linking_quotes_are_in_the_tables():
+    quoted, tables = (
+        set(re.findall(r"\b\d+\.\d\d\b", (DOCS / name).read_text("utf-8")))
+        for name in ("linking.md", "linking-rules.md")
+    )
+    assert len(quoted) >= 5
+    assert quoted <= tables
+
+
 def test_the_page_of_the_authors_masks_has_the_figures_of_this_code(shared_data):
     page = (DOCS / "maintainers" / "authors-masks.md").read_text("utf-8")
     masks = shared_data / "masks"
