@@ -7,7 +7,7 @@ SEED ?= 1
 SCALE ?= 1
 PHOTOGRAPHS ?= ../shared/data
 
-.PHONY: demo test test-ros lint fuzz bench results clean
+.PHONY: demo test test-ros lint docs fuzz bench results clean
 
 demo: .venv/installed
 	$(BIN)/dloftbs demo --out demo
@@ -33,25 +33,29 @@ lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+# The site, in build/site; a warning is an error. Its packages are in an environment of its own.
+docs: .venv-docs/installed
+	.venv-docs/bin/python -m sphinx --quiet --fail-on-warning --keep-going --builder html docs build/site
+
 # All properties with ten times as many examples, then hostile input until the minutes are over, new with every seed;
 # or one case again: make fuzz FAMILY=combs SEED=7 CASE=12.
-# What is found stays in build/fuzz. See docs/fuzzing.md.
+# What is found stays in build/fuzz. See docs/maintainers/fuzzing.md.
 fuzz: .venv/installed-dev
 	$(if $(FAMILY),,HYPOTHESIS_PROFILE=thorough $(BIN)/python -m pytest --quiet -m hypothesis \
 		--numprocesses logical --maxprocesses 8 --dist worksteal)
 	PYTHONPATH=tests:. $(BIN)/python -m fuzz --minutes $(MINUTES) --seed $(SEED) \
 		$(if $(FAMILY),--family $(FAMILY)) $(if $(CASE),--case $(CASE))
 
-# docs/performance-details.md with its plots, and from it docs/performance.md, on a machine that does nothing else.
+# docs/maintainers/performance-details.md with its plots, and from it docs/performance.md, on a machine that does nothing else.
 bench: .venv/installed-dev
-	$(BIN)/python -m benchmarks.speed --docs docs/performance-details.md
-	$(BIN)/python -m benchmarks.growth --docs docs/performance-details.md --plot docs/images/performance/growth.png
-	$(BIN)/python -m benchmarks.profile --docs docs/performance-details.md --plot docs/images/performance/profile.png
-	$(BIN)/python -m benchmarks.throughput --docs docs/performance-details.md
-	$(BIN)/python -m benchmarks.recordings --docs docs/performance-details.md
-	$(BIN)/python -m benchmarks.batch --docs docs/performance-details.md
-	$(BIN)/python -m benchmarks.process --docs docs/performance-details.md
-	$(BIN)/python -m benchmarks.summary --details docs/performance-details.md --docs docs/performance.md
+	$(BIN)/python -m benchmarks.speed --docs docs/maintainers/performance-details.md
+	$(BIN)/python -m benchmarks.growth --docs docs/maintainers/performance-details.md --plot docs/images/performance/growth.png
+	$(BIN)/python -m benchmarks.profile --docs docs/maintainers/performance-details.md --plot docs/images/performance/profile.png
+	$(BIN)/python -m benchmarks.throughput --docs docs/maintainers/performance-details.md
+	$(BIN)/python -m benchmarks.recordings --docs docs/maintainers/performance-details.md
+	$(BIN)/python -m benchmarks.batch --docs docs/maintainers/performance-details.md
+	$(BIN)/python -m benchmarks.process --docs docs/maintainers/performance-details.md
+	$(BIN)/python -m benchmarks.summary --details docs/maintainers/performance-details.md --docs docs/performance.md
 
 # docs/results.md and the pages that it leads to, with the line of README and the paper's figures: the default method,
 # the published one, and the baseline that is told the start; half an hour on two cores, whatever is finished stays in
@@ -64,7 +68,7 @@ results: .venv/installed-dev
 	$(BIN)/python -m benchmarks.paper_strips docs/images/paper
 
 clean:
-	rm -rf .venv .venv-ros demo dist build
+	rm -rf .venv .venv-ros .venv-docs demo dist build
 
 .venv/bin/python:
 	$(PYTHON) -m venv .venv
@@ -76,6 +80,11 @@ clean:
 .venv/installed-dev: .venv/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
 	touch $@ .venv/installed
+
+.venv-docs/installed: pyproject.toml docs/requirements.txt
+	$(PYTHON) -m venv .venv-docs
+	.venv-docs/bin/python -m pip install --quiet --requirement docs/requirements.txt --editable ".[headless]"
+	touch $@
 
 # Builds of ROS by third parties, so pinned, and for tests alone: robots have a ROS of their own.
 .venv-ros/installed: pyproject.toml

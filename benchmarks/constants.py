@@ -1,9 +1,9 @@
 """The constants of the stages: their list in the documents, those that lack a source, those that change no result.
 
-Run it in the repository with ``python -m benchmarks.constants`` to bring the list of docs/constants.md up to date,
+Run it in the repository with ``python -m benchmarks.constants`` to bring docs/maintainers/constants.md up to date,
 from the definitions, and to print every constant whose docstring lacks unit or source.
 With ``--sensitivity [ROOM/FILE.py:NAME ...]`` to halve and double the constants named, or all floating-point ones, each
-in a copy of the tree, to see which generated kinds of frames come out otherwise, and to enter it in docs/constants.md.
+in a copy of the tree, to see which generated kinds of frames come out otherwise, and to enter it in that page.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from benchmarks.digests import digests
 from dloftbs.kernels import compiler
 
 SOURCES = ROOT / "src" / "dloftbs"
-PAGE = ROOT / "docs" / "constants.md"
+PAGE = ROOT / "docs" / "maintainers" / "constants.md"
 RUNNER = Path(__file__).with_name("constants_run.py")
 
 ROOMS = ("segmentation", "skeleton", "evidence", "linking", "lifting", "fitting/crossings", "tracking")

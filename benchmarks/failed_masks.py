@@ -1,6 +1,6 @@
 """Tracks through frames whose mask fails as a whole, with the gate of `dloftbs.pipeline.mask_gate` and without it.
 
-Run it in the repository with ``python -m benchmarks.failed_masks``; it prints the table of docs/tracking.md. Of
+Run it in the repository with ``python -m benchmarks.failed_masks``; it prints the table of docs/tracking-rules.md. Of
 generated sequences, the mask of some frames is empty, has a twentieth of its area left, is inverted, or has noise of
 ten times the area. Counted are the cables that have their id again three frames later, those that are published near
 their place meanwhile, and the ids that are new.

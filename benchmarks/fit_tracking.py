@@ -1,8 +1,9 @@
 """Fit the weights by which tracking decides between a frame's reading and its own.
 
 Run it in the repository with ``python -m benchmarks.fit_tracking FOLDER``; the folder holds ``motion/cable_*.npz``,
-recorded motion of real cables. It prints docs/tracking-weights.md; ``--write`` writes it, and the weights. Sequences
-are followed several times, each time with the weights of the time before, so that what is decided on is what happens.
+recorded motion of real cables. It prints docs/maintainers/tracking-weights.md; ``--write`` writes it, and the weights.
+Sequences are followed several times, each time with the weights of the time before, so that what is decided on is what
+happens.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from dloftbs_lab.synthetic import SIMULATED_KINDS, PlainSightSequence, Simulated
 from dloftbs_lab.synthetic.plain_sight import PLAIN_SIGHT_KINDS
 from dloftbs_lab.synthetic.real_motion import RealMotionSequence
 
-PAGE = Path(__file__).parents[1] / "docs" / "tracking-weights.md"
+PAGE = Path(__file__).parents[1] / "docs" / "maintainers" / "tracking-weights.md"
 FITTED = Path(reading_weights.__file__)
 
 START = Features(length=-0.2, place=-0.9, clear=0.2, part_place=-0.9, unclaimed=-0.5)
@@ -238,7 +239,8 @@ def make_page(cases: Sequence[Case], weights: _Floats) -> str:
     lines = [
         "# The weights of tracking",
         "",
-        "For maintainers; [Tracking](tracking.md) says what they decide. Made by `python -m benchmarks.fit_tracking`.",
+        "For maintainers; [Tracking](../tracking.md) says what they decide.",
+        "Made by `python -m benchmarks.fit_tracking`.",
         "",
         "A frame's detections, each as one whole object, may say something else than the tracks laid through them. The",
         "log-odds of either reading are the sum of its measures times weights. A case is a group of tracks and",
@@ -279,7 +281,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Fit, and print or write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--write", action="store_true", help="write docs/tracking-weights.md, and the weights")
+    parser.add_argument(
+        "--write", action="store_true", help="write docs/maintainers/tracking-weights.md, and the weights"
+    )
     parser.add_argument("--jobs", type=int, default=2, help="processes; 2 by default")
     options = parser.parse_args(arguments)
     cases: list[Case] = []

@@ -1,7 +1,7 @@
-"""The pictures and tables of docs/linking.md: how the default method reads masks whose truth is known.
+"""The pictures and tables of docs/linking-rules.md: how the default method reads masks whose truth is known.
 
 Run it in the repository with ``python -m benchmarks.linking_pictures``. It draws a PNG a scene into
-docs/images/linking, and replaces what stands between ``<!-- made: NAME -->`` and ``<!-- end -->`` in docs/linking.md.
+docs/images/linking, and replaces what stands between ``<!-- made: NAME -->`` and ``<!-- end -->`` in that page.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from dloftbs.viz.shapes import Picture, Shape
 from dloftbs.viz.style import PALETTE, Colour, Style, dimmed
 from dloftbs_lab.synthetic import draw_tube_mask
 
-PAGE = Path("docs/linking.md")
+PAGE = Path("docs/linking-rules.md")
 PICTURES = Path("docs/images/linking")
 
 _SIZE = (160, 260)
@@ -144,7 +144,7 @@ SCENES = (
 
 
 def draw(look: Look) -> Picture:
-    """Draw a mask with its branches, junctions, ends and joints, enlarged; docs/linking.md has the legend."""
+    """Draw a mask with its branches, junctions, ends and joints, enlarged; docs/linking-rules.md has the legend."""
     large = cv2.resize(look.mask.astype(np.uint8), None, fx=_ZOOM, fy=_ZOOM, interpolation=cv2.INTER_NEAREST)
     picture = np.empty((*large.shape, 3), np.uint8)
     picture[:] = _STYLE.ink

@@ -3,8 +3,8 @@
 Run it with ``python -m benchmarks.original_curves FOLDER``, where the folder holds masks and ``original_curves.json``:
 points (x, y) of the authors' curve by the name of the mask. Prints a table in Markdown. With ``--pictures OUT`` it also
 draws each mask with the default method's curves beside the published method's, a PNG a mask; with ``--sheet FILE`` the
-default method's curves of all masks, without the masks; with ``--page docs/authors-masks.md`` the figures of the
-page's table are brought up to date.
+default method's curves of all masks, without the masks; ``--page docs/maintainers/authors-masks.md`` brings the figures
+of the page's table up to date.
 """
 
 from __future__ import annotations

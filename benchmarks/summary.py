@@ -11,7 +11,7 @@ from pathlib import Path
 
 from benchmarks.docs import published
 
-DETAILS = Path("docs/performance-details.md")
+DETAILS = Path("docs/maintainers/performance-details.md")
 
 _PIPELINE = r"mask to tracked curves +([\d.]+) +([\d.]+)"
 _HEADINGS = ("1280 x 720, one core, a frame", "median ms", "99 % ms")

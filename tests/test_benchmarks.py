@@ -33,7 +33,7 @@ from benchmarks.timing import UNSTEADY, Table, interleaved
 from dloftbs import Frame, Pipeline
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGE = DOCS / "performance-details.md"
+PAGE = DOCS / "maintainers" / "performance-details.md"
 BLOCKS = ("machine", "speed", "growth", "profile", "throughput", "recordings", "batch", "process")
 
 
@@ -305,15 +305,24 @@ def test_the_page_lists_the_constants_as_they_are():
 
 
 def test_the_page_of_linking_shows_what_linking_does():
-    page = (DOCS / "linking.md").read_text("utf-8")
+    page = (DOCS / "linking-rules.md").read_text("utf-8")
     looks = {scene.name: look_at(scene.draw()) for scene in linking_pictures.SCENES}
     assert linking_pictures.with_tables(page, looks) == page, "run `python -m benchmarks.linking_pictures`"
     pictures = {path.stem for path in (DOCS / "images" / "linking").glob("*.png")}
     assert pictures == set(looks) == set(re.findall(r"\(images/linking/([a-z-]+)\.png\)", page))
 
 
+def test_the_costs_that_the_page_on_linking_quotes_are_in_the_tables():
+    quoted, tables = (
+        set(re.findall(r"\b\d+\.\d\d\b", (DOCS / name).read_text("utf-8")))
+        for name in ("linking.md", "linking-rules.md")
+    )
+    assert len(quoted) >= 5
+    assert quoted <= tables
+
+
 def test_the_page_of_the_authors_masks_has_the_figures_of_this_code(shared_data):
-    page = (DOCS / "authors-masks.md").read_text("utf-8")
+    page = (DOCS / "maintainers" / "authors-masks.md").read_text("utf-8")
     masks = shared_data / "masks"
     curves = original_curves.original_curves(masks)
     rows = {

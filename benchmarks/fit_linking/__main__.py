@@ -37,7 +37,7 @@ from dloftbs.linking import calibration, existence_weights
 from dloftbs.linking.kernels import weights as in_use
 from dloftbs.linking.kernels.joint_features import GAP_ROUND
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[2] / "docs" / "maintainers"
 
 COLUMNS = {
     "LINK_TURN": "turn through a junction, as a bend, rad²",
@@ -61,31 +61,31 @@ _SURE, _LIKELY = 0.99, (0.9, 0.95)
 
 _ON_WEIGHTS = """# The weights of linking
 
-For maintainers; [how linking decides](linking.md) says what they mean. Made by `python -m benchmarks.fit_linking
+For maintainers; [how linking decides](../linking.md) says what they mean. Made by `python -m benchmarks.fit_linking
 weights`.
 
 A choice is a set of branch ends that may be joined with each other, with all its readings. The odds of a reading are e
 to the power of minus its cost, and the weights are those under which the true readings are the most probable. Sources
-count alike, as far as they have enough. Hidden cables count three times and the few real masks that are broken four
-times: that is the balance, by hand, between gaps behind which one cable goes on and ends of two cables that face each
-other, which a mask alone does not tell apart.
+count alike, as far as they have enough. Hidden cables count three times, and the few real masks that are broken
+four times. That balance is set by hand. It is between gaps behind which one cable goes on and ends of two cables that
+face each other; a mask alone does not distinguish these.
 """
 _ON_CONFIDENCE = """# The confidence of joints
 
-For maintainers; [how linking decides](linking.md) says what it means. Made by `python -m benchmarks.fit_linking
+For maintainers; [how linking decides](../linking.md) says what it means. Made by `python -m benchmarks.fit_linking
 confidence`, of other scenes than the [weights](linking-weights.md).
 
-The confidence of a joint is the probability that it is right. Its log-odds go with its margin m and its cost c, nats;
-those of a gap with its margin and with what it joins: s is the logarithm of the length of the longer side in widths,
-and t that of the ratio of the widths of both sides:
+The confidence of a joint is the probability that it is right. Its log-odds depend on its margin m and its cost c,
+nats. Those of a gap depend on its margin and on its sides. Here s is the logarithm of the length of the longer side in
+widths, and t that of the ratio of the widths of both sides. The log-odds are
 {lines}.
 Those of a gap are at most the margin. That of a cable is the product of its joints' and its ends'; a right cable lies
 on one true curve. Each crossing counts alike. Gaps are fitted to sources with debris, dashes and stubs alone, which
 count alike, but networks' masks three times, by hand: they have most of the objects. A gap below
-`linking.min_gap_confidence` stays open; here all count. The table has the mean of what is stated, of joints with the
-source left out of the fit, the share that is right, the mean distance between the two, over bins, and how many of
-those stated between .9 and .95 are right. Left out, the networks are off the most: no other source has stubs that are
-thinner than the cable they belong to.
+`linking.min_gap_confidence` stays open; here all count. The table is of joints with the source left out of the fit. It
+has the mean stated confidence, the share that is right, the mean distance between the two, over bins, and the share
+that is right of those stated between .9 and .95. Left out, the networks are off the most: no other source has stubs
+that are thinner than the cable they belong to.
 
 With a mask alone, a gap between two ends that face each other looks the same whether something hides the cable or two
 cables end there. Of the drawn ones none is right, of those behind discs nearly all are: no number serves both.
@@ -96,7 +96,7 @@ cables end there. Of the drawn ones none is right, of those behind discs nearly 
 
 _ON_EXISTENCE = """# The existence of objects
 
-For maintainers; [how linking decides](linking.md) says what it means. Made by `python -m benchmarks.fit_linking
+For maintainers; [how linking decides](../linking.md) says what it means. Made by `python -m benchmarks.fit_linking
 existence`.
 
 The existence of an object is the probability that it is a cable at all, and no debris or error of the segmentation. Its
@@ -209,8 +209,8 @@ def report_weights(choices: Sequence[Choice], found: Fit) -> str:
     ]
     lines += [
         "",
-        "How many choices are read wrongly, and in brackets the mean of minus the logarithm of the true reading's",
-        "probability: with all sources, with the source left out of the fit, and without the shape of ends.",
+        "Number of choices that are read wrongly, and in brackets the mean of minus the logarithm of the true",
+        "reading's probability: with all sources, with the source left out of the fit, and without the shape of ends.",
         "",
         "| source | all | left out | without end shape |",
         "| --- | ---: | ---: | ---: |",
@@ -271,7 +271,7 @@ def report_confidence(claims: Sequence[Claim], lines: dict[str, Floats]) -> str:
     return _ON_CONFIDENCE.format(lines=said) + "\n".join(rows) + "\n"
 
 
-_MOSTLY_FITTED = "fitted, but `OTHER_COLOUR` is counted (docs/linking.md)"
+_MOSTLY_FITTED = "fitted, but `OTHER_COLOUR` is counted (docs/linking-rules.md)"
 """Source of the weights of joints."""
 
 
@@ -317,13 +317,13 @@ def write_existence(line: Floats) -> str:
 def _module(what: str, page: str, imports: str) -> str:
     return (
         f'"""{what}; made by ``python -m benchmarks.fit_linking {page}``.\n\n'
-        f"docs/linking-{page}.md has what they were fitted to, and the results on each source left out.\n"
+        f"docs/maintainers/linking-{page}.md has what they were fitted to, and the results on each source left out.\n"
         f'"""\n\nfrom __future__ import annotations\n{imports}'
     )
 
 
 def _docstring(what: str, page: str, how: str = "fitted") -> str:
-    return f'"""{what}.\n\nSource: {how}; see docs/linking-{page}.md.\n"""\n'
+    return f'"""{what}.\n\nSource: {how}; see docs/maintainers/linking-{page}.md.\n"""\n'
 
 
 if __name__ == "__main__":

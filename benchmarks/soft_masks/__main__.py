@@ -52,22 +52,24 @@ _PAGE = """# Masks that are probabilities
 
 For maintainers; [files](files.md) says how they are given. Made by `python -m benchmarks.soft_masks`.
 
-A mask that is a probability is read at one half, a quarter, an eighth and a sixteenth, each time of the parts that
-somewhere reach one half, until the mean confidence of the objects is {sure:g}, or a sixteenth lies ahead of no end; the
-reading with the highest mean is kept. A gap of the mask along which a sixteenth or more is a ridge is seen as cable,
-and so is an end with a ridge p ahead, beyond what its own soft border has there: it goes on with log-odds of
-{none:.2f} {per_log:+.2f} log(p + 1/256), which lowers the confidence of its object and so of its reading. Widths are
-those at half of the value along the cable.
+A mask that is a probability is read at one half, a quarter, an eighth and a sixteenth. Each reading has the parts that
+somewhere reach one half. It ends when the mean confidence of the objects is {sure:g}, or a sixteenth lies ahead
+of no end. The reading with the highest mean is kept.
+
+A gap of the mask is seen as cable if a sixteenth or more is a ridge along it. An end may have a ridge p ahead, beyond
+its own soft border. It goes on with log-odds of {none:.2f} {per_log:+.2f} log(p + 1/256). This lowers
+the confidence of its object, and so of its reading. Widths are those at half of the value along the cable.
 
 | source | what | ends with something ahead | of them go on | stated | stated, left out | error, left out |
 | --- | --- | ---: | ---: | ---: | ---: | ---: |
 {ends}
 
-The error is the mean of minus the logarithm of what is stated of what is the case; to state the share that goes on in
-all sources has {constant:.2f}.
+The error is the mean of minus the logarithm of the stated probability of the true case. Stating the share that goes on
+in all sources has {constant:.2f}.
 
-Right number of cables, instance DICE over the larger number of objects, area under the curve of the confidence (real
-objects, with a DICE above .5, against others), and how many of the objects stated above .9 are real, of how many:
+The columns have the right number of cables, and the instance DICE over the larger number of objects. Then comes the
+area under the curve of the confidence, of real objects (DICE above .5) against others. The last has the number of real
+objects among those stated above .9.
 
 | source | read | right number | DICE | area | stated above .9 |
 | --- | --- | ---: | ---: | ---: | ---: |

@@ -163,7 +163,7 @@ class TestImperfectDepth:
         depth = np.tile(0.5 / np.clip(1.0 - 1.0 * share, 0.01, None), (SIZE[0], 1))
         depth[columns(mask, 0.84, 1.1)] = 0.0
         (why,) = lift_all(mask, depth)[1]
-        assert why == "where it is led on, the curve gets more than 2 times as far as depth was seen"
+        assert why == "the extrapolated depth exceeds 2 times the largest measured depth"
 
     @pytest.mark.parametrize("known", [0, 3], ids=["nothing", "three pixels"])
     def test_too_little_depth_says_how_little(self, known: int) -> None:

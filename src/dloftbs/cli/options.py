@@ -144,7 +144,7 @@ def config_options(command: Command) -> Command:
         "--objects",
         type=click.IntRange(1, MAX_OBJECTS),
         metavar="N",
-        help="How many cables there are, if that is known: pieces are joined to N, what is left over is dropped.",
+        help="Number of cables, if it is known: pieces are joined to N objects, and the rest is dropped.",
     )
     @click.option(
         "--branched",
@@ -161,8 +161,8 @@ def config_options(command: Command) -> Command:
     @click.option(
         "--mask-is",
         type=click.Choice(("auto", "binary", "probability", "labels")),
-        help="What the values of masks are: cable wherever they are not 0 (binary), numbers of objects (labels), or a "
-        "probability, as networks give it; auto takes many grey values, nearly all of them sure, for one.",
+        help="Meaning of the values of masks: cable wherever they are not 0 (binary), numbers of objects (labels), or "
+        "a probability, as networks give it; auto takes many grey values, nearly all of them sure, for one.",
     )
     @roi_option
     @functools.wraps(command)
@@ -437,7 +437,7 @@ def input_options(command: Command) -> Command:
         type=click.Choice(("auto", "image", "mask")),
         default="auto",
         show_default=True,
-        help="What the frames are; auto: grey image files, and labels in indexed colour, are masks, in which any "
+        help="Kind of the frames. auto: grey image files, and labels in indexed colour, are masks, in which any "
         "non-zero is cable, unless there is a colour to find in them.",
     )
     @click.option(
@@ -601,8 +601,8 @@ out_option = click.option(
     type=FilledPath(),
     metavar="FILE",
     callback=check_data_paths,
-    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj, and for simulators .usda (USD) or "
-    ".xml (MuJoCo); labels for training to .json (COCO: masks) or a folder .labelme (lines); .rrd for the viewer of "
-    "Rerun; .mcap, or another folder that ends in /, is a recording of ROS; - is JSON lines on standard output. "
-    "Repeatable. The configuration used is written beside the first file, as NAME.config.yaml.",
+    help="Write curves to a file: .jsonl, .npz or .csv; in space .ply or .obj, and for simulators .usda (USD) or .xml "
+    "(MuJoCo). Write labels for training to .json (COCO: masks) or a folder .labelme (lines), and .rrd for the viewer of Rerun. A file .mcap, or another "
+    "folder that ends in /, is a recording of ROS. - is JSON lines on standard output. Repeatable. "
+    "The configuration used is written beside the first file, as NAME.config.yaml.",
 )

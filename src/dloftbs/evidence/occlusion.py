@@ -123,7 +123,7 @@ class OcclusionEvidence:
         if occluders is None and depth is None and image is None:
             raise InputError("evidence of occlusion needs occluders, depth or an image, got none of them")
         if depth is not None and camera is None:
-            raise InputError("depth tells what hides cables only with a camera, got none")
+            raise InputError("`depth` requires `camera`, got None")
         if camera is not None:
             check_type("camera", camera, PinholeCamera)
         self._occluders = _NOTHING if occluders is None else as_bytes(check_mask(occluders, "occluders"))

@@ -257,7 +257,7 @@ def _lift_one(
     if not closed and max(first, n - 1 - last) > MAX_EXTRAPOLATED * (n - 1):
         return _too_far(counts[beyond] > 0.0, n)
     if lowest * _MAX_TIMES < lowest_seen:
-        return f"where it is led on, the curve gets more than {_MAX_TIMES:.0f} times as far as depth was seen"
+        return f"the extrapolated depth exceeds {_MAX_TIMES:.0f} times the largest measured depth"
     rays = kernels.find_rays(
         sections.points, sections.tangents, sections.radius, camera.fx, camera.fy, camera.cx, camera.cy
     )

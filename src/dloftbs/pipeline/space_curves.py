@@ -53,7 +53,7 @@ def _lift_as_published(
 ) -> Detection:
     """Fit the curve in space to the pixels that have depth, by the parameter of the curve in the image.
 
-    It begins and ends where depth does: a cubic that is led on beyond its points goes anywhere.
+    The curve covers only the interval with depth; extrapolated cubics diverge.
     """
     line = detection.centerline
     assert frame.depth is not None  # the caller saw to it

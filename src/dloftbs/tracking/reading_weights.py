@@ -17,5 +17,5 @@ WEIGHTS = Features(
 )
 """Log-odds of a reading per unit of each feature, nats.
 
-Source: fitted; see docs/tracking-weights.md.
+Source: fitted; see docs/maintainers/tracking-weights.md.
 """

@@ -1,4 +1,4 @@
-"""Resolution of what is missing of a track: hidden by something, absent, or nothing as the whole object is seen."""
+"""Missing parts of a track: hidden, absent, or none, if the whole object is seen."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def resolve(models: Sequence[TrackModel], shown: Reading, view: View) -> dict[in
 
 
 def _resolve(model: TrackModel, shown: TrackObservation, claims: Sequence[int], view: View) -> TrackObservation:
-    """Return the same of one track; `claims` are the detections that show each of the tracks."""
+    """Return what is missing of one track; `claims` are the detections that show each of the tracks."""
     (index, *others), first = shown.detection_indices, shown.matches[0]
     if not others and claims.count(index) == 1:
         whole = find_whole_view(model, first.observation, first.track_span[0], view)

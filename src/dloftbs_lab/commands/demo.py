@@ -20,7 +20,7 @@ _WIDTH_PX = 12.0  # at 720 rows
 _SPACE_SHARE = 3  # so many times fewer frames in space
 
 
-@click.command(short_help="Generate a video, track it, and report the accuracy.")
+@click.command(short_help="Generate a demo video, track it and report the accuracy.")
 @click.option("--out", "-o", type=file_path(), default="demo", show_default=True, metavar="FOLDER")
 @click.option("--frames", type=click.IntRange(2, MAX_DEMO_FRAMES), metavar="N", help=f"Of the video; {_FULL[0]}.")
 @click.option("--seed", type=click.IntRange(0, MAX_SEED), default=_SEED, show_default=True, help="Another scene.")

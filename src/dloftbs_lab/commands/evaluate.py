@@ -78,20 +78,20 @@ def evaluate(
     Figures are over 20 scenes or more, each of another seed, and have a 95 % interval, by bootstrap over scenes; those
     of a single scenario of rgbd and rgbd-artificial are over 8. --quick and --scale take fewer.
 
-    SUITE is rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
-    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, simulated (by MuJoCo, where it is
-    installed), real-motion (where its recordings are, or as real-motion:FOLDER), noise, or a folder
-    of labelled data, as below; without any, all the generated ones.
+    SUITE is a generated one: rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
+    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage or noise. simulated needs MuJoCo, and
+    real-motion its recordings, or real-motion:FOLDER. A folder of labelled data is a suite, too, as below. Without
+    any, all the generated ones are scored.
 
     With --paper these are rgb, several-cables, rgbd and rgbd-artificial, unless some of them are named, and folders
     of photographs of several cables join Table II.
 
-    METHOD is default or paper, in sequences of one cable the authors' form for one; or a YAML file with a
-    configuration, as `dloftbs config` prints it, so that two settings can be compared; or MODULE:CALLABLE, a function
+    METHOD is default, or paper, in sequences of one cable the authors' form for one. A YAML file with a configuration,
+    as `dloftbs config` prints it, is a method, so that two settings can be compared. So is MODULE:CALLABLE, a function
     from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines, or a mapping from identities to
-    such; or a class, of which an instance is made for each sequence and called so, after its start(frame, truth) with
-    the first frame, if it has one. Modules are found in the current folder, and where Python finds others. cpd is
-    coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial: it is given the
+    such. A class makes an instance for each sequence, which is called so; if it has a method start(frame, truth), this
+    gets the first frame before. Modules are found in the current folder, and where Python finds others. cpd is
+    coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial. It knows the
     first frame's curve and the cable's length.
     --config and --set change the package's own methods; MODULE:CALLABLE gets the mask by --hsv where a frame has none.
 
@@ -106,7 +106,7 @@ def evaluate(
     dloftbs evaluate mydata --method default,paper,mine.yaml --hsv 100:130
 
     A folder of labelled data has frames and their truth beside them, by name. It is a sequence, in the natural order
-    of the names; a folder of such folders is a suite of several. Where curves are known, as points along
+    of the names; a folder of such folders is a suite of several. If curves are known, as points along
     each cable from end to end:
 
     \b
@@ -124,7 +124,7 @@ def evaluate(
     depth in metres, and a camera, curves in space are scored, too. A cubic spline goes through two points or more;
     the first one again at the end makes a loop. An image without truth is left out, with a warning. Each image counts
     by itself: identities are scored in sequences with times, as `dloftbs_lab.write_sequence` writes them.
-    Where only the mask of each cable is known, the score is DICE:
+    If only the mask of each cable is known, the score is DICE:
 
     \b
     mydata/

@@ -81,7 +81,7 @@ class Kind(NamedTuple):
 
 KINDS_ORIGIN = (
     "their public programs, run once on sequences of the same kinds that another generator drew, one cable or several "
-    "of 12 px in HD; not on the scenes of this table, and not measured again with it"
+    "of 12 px in HD. They are not of the scenes of this table, and not measured again with it"
 )
 KINDS_METHODS = ("authors' code", "mBEST")
 _KINDS_CLEAN: dict[str, tuple[float | None, float | None]] = {

@@ -73,8 +73,8 @@ def detect(
 
     INPUT is an image or a mask, a folder, a glob, - for standard input, or whatever `dloftbs track` takes.
     Without --out, --overlay and --stages, results are JSON lines on standard output, one an image; --out -
-    prints them beside other outputs. Progress and a summary of the timing go to standard error. What cannot
-    be read is reported, the rest goes on, and the exit code is 1. No result replaces an input: in a folder of
+    prints them beside other outputs. Progress and a summary of the timing go to standard error. Frames that
+    cannot be read are reported, the rest goes on, and the exit code is 1. No result replaces an input: in a folder of
     inputs, pictures are named photo.overlay.png and photo.stages.png.
 
     \b

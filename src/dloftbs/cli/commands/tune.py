@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from dloftbs.config import Config
 
 
-@click.command(cls=SectionedCommand, short_help="Tune the segmentation in a browser: draw along a cable.")
+@click.command(cls=SectionedCommand, short_help="Tune the segmentation in a browser.")
 @click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
 @click.option(
     "--out",

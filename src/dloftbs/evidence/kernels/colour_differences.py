@@ -27,7 +27,7 @@ _DARK = 30.0
 """Value added to each channel, levels of 255, so that no noise makes a colour of black.
 
 Source: measured; coded video shifts the channels of a black cable of 4 to 10 px by up to 17 towards the ground, at half
-the resolution for colours, and between two grounds by up to 26 (H.264 at crf 30; drawn on wood, grey, white and blue).
+the resolution for colours. Between two grounds it is up to 26 (H.264 at crf 30; drawn on wood, grey, white and blue).
 """
 
 

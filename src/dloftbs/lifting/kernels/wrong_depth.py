@@ -104,8 +104,8 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most:
     noise does. Where a cable bends towards the camera, the change lies between those before and after.
 
     Steps divide the sections into stretches. Those that continue each other, with at most so many sections between them
-    that do not, are an object's. It is the longest chain of these: as many sections as a stretch may have count against
-    two steps within it. One that begins or ends beyond a step that is steeper than any cable leaves what is there.
+    that do not, are an object's. It is the chain with the most sections, minus half of `most` for each step
+    inside it. A chain may start or end at a step only if the step is steeper than any cable can be.
 
     Parameters
     ----------

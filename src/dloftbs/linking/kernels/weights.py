@@ -1,6 +1,6 @@
 """The weights of the columns of `joint_features`, nats a unit; made by ``python -m benchmarks.fit_linking weights``.
 
-docs/linking-weights.md has what they were fitted to, and the results on each source left out.
+docs/maintainers/linking-weights.md has what they were fitted to, and the results on each source left out.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ JOINT = np.array([
 ])  # fmt: skip
 """Cost of each column of a joint, nats a unit.
 
-Source: fitted, but `OTHER_COLOUR` is counted (docs/linking.md); see docs/linking-weights.md.
+Source: fitted, but `OTHER_COLOUR` is counted (docs/linking-rules.md); see docs/maintainers/linking-weights.md.
 """
 
 OPEN = np.array([
@@ -30,5 +30,5 @@ OPEN = np.array([
 ])  # fmt: skip
 """Cost of each column of an end that stays open, nats a unit.
 
-Source: fitted; see docs/linking-weights.md.
+Source: fitted; see docs/maintainers/linking-weights.md.
 """

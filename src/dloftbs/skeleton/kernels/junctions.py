@@ -230,7 +230,7 @@ def _strand_bonus(
     offsets: npt.NDArray[np.int64],
     mask: npt.NDArray[np.uint8],
 ) -> npt.NDArray[np.float64]:
-    """Return by how much more each branch may stick out and still be a spur, px.
+    """Return the additional length by which each branch may stick out and still be a spur, px.
 
     For a strand, it is the width of the cable at whose end it is, the only wide one there; for others 0. Strands may
     part at several junctions near each other.

@@ -112,13 +112,12 @@ def _summary(parts: Sequence[Part]) -> Table:
     rates = ("clean frames, %", "right objects, %", "L3 px", _WHOLE, "missing, %", "redundant, %")
     figures = ("scenes", "frames", *rates, _EMPTY, "exceptions", "ms median", "ms p99")
     note = (
-        "An object is right when the curve that it is given has an L3 of at most 5 px in HD and as much of smaller "
-        "images, or what --tolerance or the data say, or a DICE of at least "
-        f"{CLEAN_DICE} where only masks are known; a frame is clean when all its objects "
-        "are right and there is nothing else. L3 is the mean over frames of all matched objects, however far off, "
-        "whichever end comes first, and from the whole curve or its visible extent, whichever is nearer; the column "
-        "beside it is from the whole curve always, the paper's criterion to the letter. Missing and "
-        "redundant are shares of the true objects. Where a method raises an exception, all objects are missing."
+        "An object is right if its curve has an L3 of at most 5 px in HD, and as much of smaller images. --tolerance "
+        f"or the data may set another limit. With masks alone it is a DICE of at least {CLEAN_DICE}. A frame is clean "
+        "if all its objects are right and there is nothing else. L3 is the mean over frames of all matched objects, "
+        "however far off, whichever end comes first. It is from the whole curve or its visible extent, whichever is "
+        "nearer. The column beside it is from the whole curve always, the paper's criterion to the letter. Missing "
+        "and redundant are shares of the true objects. If a method raises an exception, all objects are missing."
     )
     made = _rows(parts, {**_SUITE, **_METHOD}, figures)
     return Table("summary", "All suites", *made, note)

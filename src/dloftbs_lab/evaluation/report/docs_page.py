@@ -32,15 +32,15 @@ _BLOCK = re.compile(f"({re.escape(BEGIN)}).*?({re.escape(END)})", re.DOTALL)
 _LINK = re.compile(r"!\[([^]]*)\]\(([^)]+)\)")
 _ON_PHOTOGRAPHS = (
     "# Photographs†\n\n"
-    "Photographs of others, with masks and truth by hand; none of them is kept here, only figures. *cables*: ten of "
-    "the data set of Ariadne (De Gregorio et al., 2018), of the family of the paper's Table II, with the masks by hand "
-    "that come with them, where the paper has those of a network; a curve is right within 10 px. *mbest*: the first "
-    "thirty of each set of mBEST (Choi et al., 2023), one, two and three cables, with masks by their colours and "
-    "labelled pixels as the truth.\n\n"
+    "Photographs of others, with masks and truth by hand; none of them is kept here, only figures.\n\n"
+    "- *cables*: ten of the data set of Ariadne (De Gregorio et al., 2018), of the family of the paper's Table II. The "
+    "masks are those by hand that come with them; the paper has those of a network. A curve is right within 10 px.\n"
+    "- *mbest*: the first thirty of each set of mBEST (Choi et al., 2023), one, two and three cables. Masks are by "
+    "their colours, and labelled pixels are the truth.\n\n"
     "† These photographs were among what the weights of the default's linking were fitted on. With all of them left "
-    "out of the fit no choice in them is read wrongly either: see [the weights of linking](../linking-weights.md). "
-    "The published method has no fitted weights.\n\n"
-    "`make results PHOTOGRAPHS=FOLDER` makes this page again, where FOLDER holds `cables` and `mbest`.\n"
+    "out of the fit no choice in them is read wrongly either: see [the weights of linking]"
+    "(../maintainers/linking-weights.md). The published method has no fitted weights.\n\n"
+    "`make results PHOTOGRAPHS=FOLDER` makes this page again, if FOLDER holds `cables` and `mbest`.\n"
 )
 _SHRINK = 0.85
 _JPEG_QUALITY = 75

@@ -90,8 +90,8 @@ def _sentences(summary: Summary) -> Iterator[str]:
     if both:
         behind = [name for name in both if name not in ahead]
         yield (
-            "**Against the published method** (`paper`, which is told where there is one cable alone; the default is "
-            f"told nothing): the default has at least as many right frames in {len(ahead)} of {len(both)} suites"
+            "**Against the published method** (`paper`, which knows when there is only one cable; the default does "
+            f"not): the default has at least as many right frames in {len(ahead)} of {len(both)} suites"
             + (f", fewer in {', '.join(behind)}." if behind else ".")
         )
     for name, what in (("rgb", "One cable between grippers"), ("several-cables", "Several cables, a network's masks")):

@@ -12,8 +12,8 @@ from dloftbs_lab.evaluation.runner.finished_parts import Part
 _NOTE = (
     "Clean: exactly the right number of curves, each with an L3 of at most 5 px in HD from its true one. L3: the "
     "median over frames of the mean of a frame. Noisy: 0.3 % salt and pepper, an edge jitter of 1 px correlated over "
-    "2 px; occluded: three discs of radius 18 to 34 px on the cables, which leave the ends to be seen and hide at most "
-    f"a half turn at a stretch; cables of 12 px in HD. Columns with a star are of {paper_figures.KINDS_ORIGIN}."
+    "2 px. Occluded: three discs of radius 18 to 34 px on the cables. They leave the ends to be seen, and hide at most "
+    f"a half turn at a stretch. Cables have 12 px in HD. Columns with a star are of {paper_figures.KINDS_ORIGIN}."
 )
 
 

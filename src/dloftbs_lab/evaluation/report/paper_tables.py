@@ -48,7 +48,7 @@ _NOTE_3 = (
 )
 _NOTE_4 = (
     "Over frames. The paper prints no unit of L3: here are px in the image, and mm in space from the true axis. A "
-    "curve through depth as it is measured follows the surface that faces the camera, 4 to 5 mm before the axis; where "
+    "curve through depth as it is measured follows the surface that faces the camera, 4 to 5 mm before the axis. If "
     "a method's curves are nearer to that line than to the axis, their L3 from it stands beneath, in mm. "
     f"{_ONE} {_THEIRS}"
 )

@@ -13,10 +13,10 @@ _SHARE = 0.95
 _Group = Mapping[str, Callable[[Part], Cell]]
 _Figures = Mapping[str, Callable[[Sample[FrameRow]], Cell]]
 _NOTE = (
-    "L3 of the curve in space from the true axis, and how much its length is off the true one. 95 %: below it lie so "
-    "many of all frames, those without a curve in space counting as infinitely far off. Depth has noise with a "
-    "sigma of 1 mm at 0.5 m and 4 mm at 1.5 m, 5 % of the cable has no depth, and half of the pixels at edges fly; "
-    "stereo adds grain of 2 px and steps of 2 mm at 1 m."
+    "L3 of the curve in space from the true axis, and the error of its length. 95 %: this share of all frames lies "
+    "below it; a frame without a curve in space is infinitely far off. Depth has noise with a sigma of 1 mm at 0.5 m "
+    "and 4 mm at 1.5 m. 5 % of the cable has no depth, and half of the pixels at edges fly. Stereo adds grain of 2 px "
+    "and steps of 2 mm at 1 m."
 )
 
 FAR_MM = 5.0

@@ -24,8 +24,8 @@ _SEED = 0
 
 NOTE = (
     f"In brackets: {COVERAGE:.0%} interval, percentiles of {RESAMPLES} bootstrap samples of whole scenes, over which "
-    "the figure is taken again. Frames of one scene, and the same scene with other noise, are drawn together. Where "
-    "all scenes agree the interval has no width: of n scenes without a failure, the true rate is below 3 / n."
+    "the figure is taken again. Frames of one scene, and the same scene with other noise, are drawn together. If "
+    "all scenes agree, the interval has no width. Of n scenes without a failure, the true rate is below 3 / n."
 )
 """Note on intervals, for readers of tables."""
 

@@ -25,8 +25,8 @@ FITTED = (
 DAGGER = "†"
 FITTED_NOTE = (
     f"{DAGGER} The weights of the default's linking were fitted on scenes of this generator or an earlier form of it, "
-    "of other seeds, and of seven more sources; [the weights of linking](../linking-weights.md) say how much is lost "
-    "with each source left out of the fit. The published method has no fitted weights."
+    "of other seeds, and of seven more sources. [The weights of linking](../maintainers/linking-weights.md) has the "
+    "loss with each source left out of the fit. The published method has no fitted weights."
 )
 
 Summary = Mapping[str, Any]
