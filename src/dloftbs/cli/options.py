@@ -602,7 +602,7 @@ out_option = click.option(
     metavar="FILE",
     callback=check_data_paths,
     help="Write curves to a file: .jsonl, .npz or .csv; in space .ply or .obj, and for simulators .usda (USD) or .xml "
-    "(MuJoCo). Write labels for training to .json (COCO: masks) or a folder .labelme (lines), and frames to .rrd "
-    "for the viewer of Rerun. A file .mcap, or another folder that ends in /, is a recording of ROS. - is JSON lines "
-    "on standard output. Repeatable. The configuration used is written beside the first file, as NAME.config.yaml.",
+    "(MuJoCo). Write labels for training to .json (COCO: masks) or a folder .labelme (lines). .rrd is for the "
+    "viewer of Rerun. A file .mcap, or another folder that ends in /, is a recording of ROS. - is JSON lines on "
+    "standard output. Repeatable. The configuration used is written beside the first file, as NAME.config.yaml.",
 )

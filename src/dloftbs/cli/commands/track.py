@@ -87,12 +87,13 @@ def track(
     order, or the files of one. A camera is its index, its device /dev/video0, or the address of a stream; - is
     standard input.
 
-    Without --out, --overlay, --stages, --view and --rerun, results are JSON lines on standard output; --out - prints
-    them beside other outputs. Progress and a summary of the timing go to standard error. Frames that cannot be read
-    are reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files are closed, the summary
-    is printed, and the exit code is 130. Reading, tracking and writing go on side by side; a camera that is
-    faster than all that has frames left out, so that results are never late. No result replaces an input: in a
-    folder of inputs, pictures are named photo.overlay.png and photo.stages.png.
+    Without --out, --overlay, --stages, --view and --rerun, results are JSON lines on standard output; --out
+    - prints them beside other outputs. Progress and a summary of the timing go to standard error. Frames
+    that cannot be read are reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files
+    are closed, the summary is printed, and the exit code is 130. Reading, tracking and writing go on side
+    by side; a camera that is faster than all that has frames left out, so that results are never late. No
+    result replaces an input: in a folder of inputs, pictures are named photo.overlay.png and
+    photo.stages.png.
 
     \b
     dloftbs track cable.mp4 --hsv 170:10,80:255,60:255 --out curves.jsonl --overlay overlay.mp4
