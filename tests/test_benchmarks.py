@@ -243,7 +243,8 @@ def test_openings_entries_phrases_and_words_are_counted_in_docstrings_alone(tmp_
     monkeypatch.setattr(sys, "argv", ["english", str(tmp_path)])
     english.main()
     assert capsys.readouterr().out.splitlines()[-1] == (
-        "        1        1        2        1 openings, entries, phrases, words in 1 files"
+        "        1        1        2        1        0        0        0 "
+        "openings, entries, phrases, words, long, relative, mean in 1 files"
     )
 
 
