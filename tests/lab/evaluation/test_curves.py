@@ -8,6 +8,7 @@ import pytest
 from builders import arc, curve_through, line, loop, part, random_curve, wave
 from hypothesis import given
 from hypothesis import strategies as st
+from properties import few_examples
 
 from dloftbs.errors import InputError
 from dloftbs_lab.evaluation import curve_l3, endpoint_error, l3, length_error, point_error
@@ -61,6 +62,7 @@ def slow_point_errors(found, true, count):
 @undirected
 @pytest.mark.parametrize("ndim", [2, 3])
 @pytest.mark.parametrize("closed", [False, True])
+@few_examples
 @given(seed=seeds)
 def test_a_perfect_curve_scores_nothing(ndim, closed, directed, seed):
     curve = random_curve(seed, ndim, closed)
