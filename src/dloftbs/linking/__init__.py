@@ -80,5 +80,9 @@ def link(
     open_doubtful_gaps(matching, graph.width, config.min_gap_confidence)
     if config.objects is not None:
         merge_to_count(graph, matching, config.objects, at_ends)
-    places = find_branch_points(graph, matching, config.min_length_widths * graph.width) if config.branched else {}
+    places = {}
+    if config.branched:
+        places = find_branch_points(
+            crop.oriented(crop.pixels), graph, matching, config.min_length_widths * graph.width
+        )
     return Linking(assemble(crop, graph, matching, config.min_length_widths, places), matching)

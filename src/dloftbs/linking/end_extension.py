@@ -211,10 +211,15 @@ def _lead_to(
     at_start: bool,
     buffer: Points,
 ) -> None:
-    """Lead a cable from where it is clear of a junction straight to the branch point there."""
+    """Lead a cable from where it is clear of a junction, and short of the branch point there, straight to that."""
     k = 0 if at_start else -1
-    first, last, step = spans[k] = _clear_of_junction(graph, branches, end, spans[k])
+    first, last, step = _clear_of_junction(graph, branches, end, spans[k])
     if first != last:
+        tail = min(int(_TAIL_WIDTHS * graph.width), abs(last - first))
+        own = np.arange(tail) if at_start else np.arange(tail) + abs(last - first) - tail
+        nearest = int(own[np.argmin(np.hypot(*(branches.points[first + step * own] - place).T))])
+        first, last = (first + step * nearest, last) if at_start else (first, first + step * (nearest + 1))
+        spans[k] = first, last, step
         here = branches.points[first if at_start else last - step]
         length = float(np.hypot(*(place - here)))
         way = (place - here) / max(length, 1e-9)
