@@ -104,7 +104,7 @@ def find_branch_points(
         Changed: the ends of branch points have no partner. A branch between two points that is too short to be an
         object joins them.
     least_px : float
-        Length below which a branch is none.
+        Length below which a branch between two branch points is none.
 
     Returns
     -------
@@ -114,7 +114,7 @@ def find_branch_points(
     branches = matching.branches
     found: list[list[int]] = []
     for node in sorted({node for node in branches.nodes if node >= 0}):
-        ends = _members(graph, matching, node, least_px)
+        ends = _members(matching, node)
         if len(ends) >= _MIN_ENDS:
             found.append(ends)
     for end in [end for ends in found for end in ends]:
@@ -127,15 +127,11 @@ def find_branch_points(
     return places
 
 
-def _members(graph: Graph, matching: EndMatching, node: int, least_px: float) -> list[int]:
+def _members(matching: EndMatching, node: int) -> list[int]:
     """List the ends that meet in a branch point at a junction: those that stay open, and those of what runs through."""
     branches, partner = matching.branches, matching.partner
     here = [end for end in matching.at_junction(node) if not branches.spurs[branch_of(end)]]
     loose = [end for end in here if matching.is_open(end)]
-    for end in list(loose):
-        if _is_stub(graph, matching, end, least_px):
-            loose.remove(end)
-            branches.spurs[branch_of(end)] = True
     if not loose:
         return []
     through = [(end, partner[end]) for end in here if partner[end] > end and matching.is_crossing(end)]
@@ -143,14 +139,6 @@ def _members(graph: Graph, matching: EndMatching, node: int, least_px: float) ->
         through.sort(key=lambda pair: -sum(_radius(matching, end) for end in pair))
         loose += through[0]
     return loose
-
-
-def _is_stub(graph: Graph, matching: EndMatching, end: int, least_px: float) -> bool:
-    """Return whether a branch with one end at a junction is too short to be an object."""
-    branches, branch = matching.branches, branch_of(end)
-    if branch >= graph.branch_count or branches.nodes[other_end(end)] >= 0 or not matching.is_open(other_end(end)):
-        return False
-    return bool(graph.offsets[branch + 1] - graph.offsets[branch] < least_px)
 
 
 def _radius(matching: EndMatching, end: int) -> float:

@@ -80,7 +80,7 @@ def assemble(
             around_all = Piece([span for piece in pieces for span in piece.spans], -1, 0.0, math.inf)
             fill_junctions(around_all, buffer, closed=True)
             loops.append([around_all])
-        elif not is_loop and count >= least:
+        elif not is_loop and count >= (_MIN if chain[0] in places or other_end(chain[-1]) in places else least):
             extend_ends(mask, graph, matching, axes, chain, pieces, buffer, places)
             for piece in pieces:
                 fill_junctions(piece, buffer)
