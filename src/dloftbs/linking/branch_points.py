@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, is_start, other_end
+from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, is_start, other_end, start_of, stop_of
 from dloftbs.kernels.tracing import measure_radius
 from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.support.arrays import FloatArray
@@ -20,6 +20,12 @@ _OWN_WIDTHS = 4.0
 """Length of a branch along which a cable does not cross itself any more, widths.
 
 Source: geometry; two that cross at a sixth of a right angle have as much in common.
+"""
+
+_BUNDLE = 1.4
+"""Width of a branch over that of another from which no single cable is both, but one of them a bundle.
+
+Source: geometry; two cables side by side, seen from between both sides and along both, are 1.4 wide.
 """
 
 _WIDER = 0.1
@@ -72,10 +78,11 @@ Source: by hand; the noise of a skeleton's direction over the width of a junctio
 """
 
 
-def shared_with_itself(graph: Graph, matching: EndMatching) -> list[int]:
-    """List the branches that one cable is said to run along twice, and farther than across itself.
+def shared_by_none(graph: Graph, matching: EndMatching) -> list[int]:
+    """List the branches that one cable is said to run along twice, and farther than across itself; and those along
+    which a cable is said to run that is wider on one side of it.
 
-    Rather a bundle branches there, and the branch comes back to it.
+    Rather a bundle branches there.
     """
     branches = matching.branches
     if not branches.duplicate_of:
@@ -85,9 +92,19 @@ def shared_with_itself(graph: Graph, matching: EndMatching) -> list[int]:
     for branch, twin in branches.duplicate_of.items():
         start, stop = branches.spans[branch]
         is_one = branch in chain_of and chain_of[branch] == chain_of.get(twin)
-        if branch < graph.branch_count and is_one and stop - start > _OWN_WIDTHS * graph.width:
-            found.append(branch)
-    return found
+        is_long = stop - start > _OWN_WIDTHS * graph.width
+        if (is_one and is_long) or _widens(matching, branch):
+            found.append(branches.branch_id[branch])
+    return sorted(set(found))
+
+
+def _widens(matching: EndMatching, branch: int) -> bool:
+    """Return whether the cable along a branch is wider on one side of it than on the other."""
+    ends = [matching.partner[end] for end in (start_of(branch), stop_of(branch))]
+    if min(ends) < 0:
+        return False
+    low, high = sorted([_radius(matching, end) for end in ends])
+    return low > 0.0 and high > _BUNDLE * low
 
 
 def find_branch_points(
