@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
 import numpy.typing as npt
@@ -15,25 +13,24 @@ Source: measured with `benchmarks.harnesses` on a network's masks of BWH.
 """
 
 
-def close_slits(mask: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """Close a mask by a disc that is narrower than its cables; at the image's border it goes on as it is there.
+def close_slits(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """Close a mask by a disc that is narrower than its cables; beyond its box it goes on as at the edge.
 
     Parameters
     ----------
-    mask : numpy.ndarray, shape (H, W), bool or integer
-        Any non-zero is cable. Never changed.
+    pixels : numpy.ndarray, shape (h + 2, w + 2)
+        A mask of 0 and 1 with an empty margin, and pixels at each side of the box. Not changed.
 
     Returns
     -------
-    numpy.ndarray, shape (H, W), uint8
-        0 and 1.
+    numpy.ndarray, shape (h + 2, w + 2), uint8
+        Of the same box.
     """
-    cable = (mask != 0).astype(np.uint8)
-    outlines, _ = cv2.findContours(cable, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
-    outline = sum(map(len, outlines))
-    reach = round(_WIDEST_WIDTHS * int(cable.sum()) / outline) if outline else 0
-    if reach == 0:
-        return cable
+    outlines, _ = cv2.findContours(pixels, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+    reach = round(_WIDEST_WIDTHS * int(pixels.sum()) / sum(map(len, outlines)))
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
-    framed = cv2.copyMakeBorder(cable, reach, reach, reach, reach, cv2.BORDER_REPLICATE)
-    return np.ascontiguousarray(cv2.morphologyEx(framed, cv2.MORPH_CLOSE, disc)[reach:-reach, reach:-reach])
+    framed = cv2.copyMakeBorder(pixels[1:-1, 1:-1], reach, reach, reach, reach, cv2.BORDER_REPLICATE)
+    closed = np.zeros_like(pixels)
+    rows, columns = pixels.shape[0] - 2, pixels.shape[1] - 2
+    closed[1:-1, 1:-1] = cv2.morphologyEx(framed, cv2.MORPH_CLOSE, disc)[reach : reach + rows, reach : reach + columns]
+    return closed

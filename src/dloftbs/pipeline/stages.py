@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.cleaning import clean, close_slits
+from dloftbs.cleaning import clean
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig
 from dloftbs.crossings import find_crossings
 from dloftbs.data.centerline import Centerline
@@ -213,9 +213,8 @@ def _read(mask: AnyArray, limit: int, share: float, task: _Task) -> _Reading:
     refusal = task.refusal_of(mask, share)
     if refusal is not None:
         return _Reading(replace(run, reason=refusal), [])
-    if soft is not None and isinstance(config.linking, LinkingConfig) and config.linking.branched:
-        mask = close_slits(mask)
-    crop = clean(mask, config.cleaning, region)
+    is_branched = isinstance(config.linking, LinkingConfig) and config.linking.branched
+    crop = clean(mask, config.cleaning, region, branched=is_branched)
     clock.lap("cleaning")
     if crop is None:
         return _Reading(replace(run, reason=why_nothing_is_left(mask, config, frame)), [])
