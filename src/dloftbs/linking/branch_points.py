@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from itertools import accumulate
+
 import numpy as np
 import numpy.typing as npt
 
@@ -159,8 +162,9 @@ def _members(matching: EndMatching, node: int) -> list[int]:
 
 
 def _radius(matching: EndMatching, end: int) -> float:
+    """Return half the mean width of the branch of an end, px; 0 where all of it lies in junctions."""
     start, stop = matching.branches.spans[branch_of(end)]
-    return float(np.median(matching.branches.radius[start:stop])) if stop > start else 0.0
+    return float(np.add.reduce(matching.branches.radius[start:stop])) / (stop - start) if stop > start else 0.0
 
 
 def _joined(matching: EndMatching, found: list[list[int]], least_px: float) -> list[list[int]]:
@@ -183,11 +187,11 @@ def _joined(matching: EndMatching, found: list[list[int]], least_px: float) -> l
 
 def _place(states: FloatArray, width: float) -> FloatArray:
     """Return the place nearest to the axes of some ends, and not far from their middle."""
-    middle = states[:, POSITION].mean(axis=0)
-    across = np.stack((-states[:, TANGENT][:, 1], states[:, TANGENT][:, 0]), axis=1)
+    middle = np.add.reduce(states[:, POSITION]) / len(states)
+    across = states[:, TANGENT][:, ::-1] * (-1.0, 1.0)
     weight = (_RAY_WIDTHS / _CENTRE_WIDTHS) ** 2
-    matrix = np.einsum("ni,nj->ij", across, across) + weight * np.eye(2)
-    vector = across.T @ np.einsum("ni,ni->n", across, states[:, POSITION]) + weight * middle
+    matrix = across.T @ across + weight * np.eye(2)
+    vector = across.T @ (across * states[:, POSITION]).sum(axis=1) + weight * middle
     result: FloatArray = np.linalg.solve(matrix, vector)
     return result
 
@@ -200,13 +204,15 @@ def _start_of_merge(
     There the mask begins to be wider than the branch that holds both: of all that meet, the one that is wide the farthest.
     """
     parts = [_inward_points(graph, matching, end) for end in ends]
-    counts = np.cumsum([0, *map(len, parts)])
-    widths = 2.0 * measure_radius(mask, np.concatenate(parts), counts, _CHORD_REACH_PX) / graph.width
+    counts = [0, *accumulate(map(len, parts))]
+    widths = measure_radius(mask, np.concatenate(parts), np.array(counts), _CHORD_REACH_PX) * (2.0 / graph.width)
     best, place = _MERGE_WIDTHS * graph.width, None
     radii = [_radius(matching, end) for end in ends]
-    for points, start, stop, radius in zip(parts, counts[:-1], counts[1:], radii, strict=True):
-        reach = _wide_points(widths[start:stop], graph.width)
-        if reach == 0 or radius < (1.0 - _WIDER) * max(radii):
+    for points, start, radius in zip(parts, counts, radii, strict=False):
+        if radius < (1.0 - _WIDER) * max(radii):
+            continue
+        reach = _wide_points(widths[start : start + len(points)], graph.width)
+        if reach * math.sqrt(2.0) <= best:  # the steps of a skeleton are no longer
             continue
         length = float(np.hypot(*np.diff(points[: reach + 1], axis=0).T).sum())
         if length > best:
@@ -220,13 +226,16 @@ def _wide_points(widths: FloatArray, width: float) -> int:
 
     None of them is, where the mask is as wide up to the end of what is looked at.
     """
-    if len(widths) == 0:
+    half = len(widths) // 2
+    if half == 0:
         return 0
-    wide = np.flatnonzero(widths > np.median(widths[len(widths) // 2 :]) + _WIDER)
-    lasting = np.append(np.diff(wide, prepend=0) > _PAUSE_WIDTHS * width, True)
-    first_pause = int(np.argmax(lasting))
-    reach = int(wide[first_pause - 1]) if first_pause else 0
-    return reach if reach < len(widths) // 2 else 0
+    usual = float(np.partition(widths[half:], (len(widths) - half) // 2)[(len(widths) - half) // 2])  # the median
+    reach = 0
+    for at in np.flatnonzero(widths > usual + _WIDER).tolist():
+        if at - reach > _PAUSE_WIDTHS * width:
+            break
+        reach = at
+    return reach if reach < half else 0
 
 
 def _inward_points(graph: Graph, matching: EndMatching, end: int) -> FloatArray:

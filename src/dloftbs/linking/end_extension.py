@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 
@@ -215,16 +216,19 @@ def _lead_to(
     k = 0 if at_start else -1
     first, last, step = _clear_of_junction(graph, branches, end, spans[k])
     if first != last:
-        tail = min(int(_TAIL_WIDTHS * graph.width), abs(last - first))
-        own = np.arange(tail) if at_start else np.arange(tail) + abs(last - first) - tail
-        nearest = int(own[np.argmin(np.hypot(*(branches.points[first + step * own] - place).T))])
-        first, last = (first + step * nearest, last) if at_start else (first, first + step * (nearest + 1))
-        spans[k] = first, last, step
-        here = branches.points[first if at_start else last - step]
-        length = float(np.hypot(*(place - here)))
-        way = (place - here) / max(length, 1e-9)
+        inward = step if at_start else -step
+        tip = first if at_start else last - step
+        count = min(int(_TAIL_WIDTHS * graph.width), abs(last - first))
+        beyond = tip + inward * count
+        away = branches.points[tip : beyond if beyond >= 0 else None : inward] - place
+        squares = away[:, 0] * away[:, 0] + away[:, 1] * away[:, 1]
+        nearest = int(squares.argmin())
+        tip += inward * nearest
+        spans[k] = (tip, last, step) if at_start else (first, tip + step, step)
+        length = math.sqrt(squares[nearest])
+        way = away[nearest] / -max(length, 1e-9)
         at = np.append(np.arange(1.0, length), length)
-        added, stop, _ = buffer.add(here + at[:, None] * way, 0.5 * graph.width)
+        added, stop, _ = buffer.add(branches.points[tip] + at[:, None] * way, 0.5 * graph.width)
         if at_start:
             spans.insert(0, (stop - 1, added - 1, -1))
         else:
