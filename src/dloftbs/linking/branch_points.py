@@ -8,8 +8,9 @@ from itertools import accumulate
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, is_start, other_end, start_of, stop_of
+from dloftbs.data.graph import FREE, POSITION, TANGENT, Graph, branch_of, is_start, other_end, start_of, stop_of
 from dloftbs.kernels.tracing import measure_radius
+from dloftbs.linking.branch_weights import MOST_MARGIN, NODE
 from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.support.arrays import FloatArray
 
@@ -42,6 +43,12 @@ _MERGE_WIDTHS = 0.7
 
 Source: measured with `benchmarks.branched_motion`: of 291 branch points of two cables .83 and .94 are within 10 px, and
 of .3 to .8 at least .81 and .93. A forest of trees that was fitted on the same widths has .84 and .96.
+"""
+
+_NOISES = 1.5
+"""Excess of the mask's width that counts, in that of the widest tenth of the outer half of what is looked at.
+
+Source: measured, as `_MERGE_WIDTHS`; with 2, wide stretches of two cables are missed, with 1 noise is one.
 """
 
 _PAUSE_WIDTHS = 0.8
@@ -137,28 +144,91 @@ def find_branch_points(
         ends = _members(matching, node)
         if len(ends) >= _MIN_ENDS:
             found.append(ends)
+    found += _under_cover(graph, matching)
+    margins = list(matching.margin)
     for end in [end for ends in found for end in ends]:
         matching.open(end)
     places = {}
     for ends in _joined(matching, found, least_px):
-        merged = _start_of_merge(mask, graph, matching, ends)
-        place = _place(branches.end_states[ends], graph.width) if merged is None else merged
-        places.update(dict.fromkeys(ends, (place, 1.0)))
+        place, reach = _start_of_merge(mask, graph, matching, ends)
+        if place is None:
+            place = _place(branches.end_states[ends], graph.width)
+        shortest = min([len(_points_of(graph, matching, end)) for end in ends])
+        margin = min([margins[end] for end in ends])
+        sure = confidence_of(margin, math.log(max(shortest, 1) / graph.width), reach / graph.width)
+        places.update(dict.fromkeys(ends, (place, sure)))
     return places
+
+
+def confidence_of(margin: float, shortest: float, reach: float) -> float:
+    """Return the probability that a branch point is one, and lies where it is said to.
+
+    Parameters
+    ----------
+    margin : float
+        Least margin of the joints that it cuts, nats; infinite where it cuts none.
+    shortest : float
+        Logarithm of the length of its shortest branch, in widths.
+    reach : float
+        Length over which two of its branches lead on side by side, widths.
+    """
+    none, per_margin, per_shortest, per_reach = NODE
+    log_odds = none + per_margin * min(margin, MOST_MARGIN) + per_shortest * shortest + per_reach * reach
+    return 1.0 / (1.0 + math.exp(-log_odds))
 
 
 def _members(matching: EndMatching, node: int) -> list[int]:
     """List the ends that meet in a branch point at a junction: those that stay open, and those of what runs through."""
     branches, partner = matching.branches, matching.partner
     here = [end for end in matching.at_junction(node) if not branches.spurs[branch_of(end)]]
-    loose = [end for end in here if matching.is_open(end)]
+    loose = [end for end in here if matching.is_open(end) or branches.spurs[branch_of(partner[end])]]
     if not loose:
         return []
-    through = [(end, partner[end]) for end in here if partner[end] > end and matching.is_crossing(end)]
+    through = [(end, partner[end]) for end in here if partner[end] in here and partner[end] > end]
     if through and len(loose) < _MIN_ENDS:
         through.sort(key=lambda pair: -sum(_radius(matching, end) for end in pair))
         loose += through[0]
     return loose
+
+
+def _under_cover(graph: Graph, matching: EndMatching) -> list[list[int]]:
+    """List the ends around each gap of a cable at which another one ends, too: what hides the one hides the joint."""
+    branches, partner = matching.branches, matching.partner
+    states = branches.end_states
+    gaps = [i for i, j in enumerate(partner) if j > i and not matching.is_crossing(i)]
+    free = [end for end, node in enumerate(branches.nodes) if node == FREE and _is_loose(graph, matching, end)]
+    found = []
+    for i in gaps if free else ():
+        start, way = states[i, POSITION], states[partner[i], POSITION] - states[i, POSITION]
+        length = float(np.hypot(*way))
+        ends = [end for end in free if _points_into(states[end], start, way, length + graph.width, graph.width)]
+        if ends:
+            found.append([i, partner[i], *ends])
+            free = [end for end in free if end not in ends]
+    return found
+
+
+def _is_loose(graph: Graph, matching: EndMatching, end: int) -> bool:
+    """Return whether an end is open, of a cable and not cut by the image's border."""
+    branch = branch_of(end)
+    return (
+        matching.is_open(end)
+        and branch < graph.branch_count
+        and not matching.branches.spurs[branch]
+        and not graph.bordering[end]
+    )
+
+
+def _points_into(state: FloatArray, start: FloatArray, way: FloatArray, reach: float, width: float) -> bool:
+    """Return whether an end that is no farther from a gap than that is wide points into it, to half a width."""
+    here, ahead = state[POSITION] - start, state[TANGENT]
+    across = ahead[0] * way[1] - ahead[1] * way[0]
+    if abs(across) < 1e-9:
+        return False
+    along = (here[1] * way[0] - here[0] * way[1]) / across
+    share = (here[1] * ahead[0] - here[0] * ahead[1]) / across
+    slack = 0.5 * width / max(float(np.hypot(*way)), 1e-9)
+    return 0.0 < along <= reach and -slack <= share <= 1.0 + slack
 
 
 def _radius(matching: EndMatching, end: int) -> float:
@@ -198,27 +268,30 @@ def _place(states: FloatArray, width: float) -> FloatArray:
 
 def _start_of_merge(
     mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, ends: list[int]
-) -> FloatArray | None:
-    """Return where two branches begin to part that lead on side by side; None where they part at once.
+) -> tuple[FloatArray | None, float]:
+    """Return where two branches begin to part that lead on side by side, and for how long they do, px.
 
-    There the mask begins to be wider than the branch that holds both: of all that meet, the one that is wide the farthest.
+    The place is None, and the length 0, where they part at once.
+    There the mask begins to be wider than the branch that holds both: of all that meet, the one that is wide the
+    farthest. Where another one is about as far, a blob lies over the joint.
     """
     parts = [_inward_points(graph, matching, end) for end in ends]
     counts = [0, *accumulate(map(len, parts))]
     widths = measure_radius(mask, np.concatenate(parts), np.array(counts), _CHORD_REACH_PX) * (2.0 / graph.width)
-    best, place = _MERGE_WIDTHS * graph.width, None
     radii = [_radius(matching, end) for end in ends]
-    for points, start, radius in zip(parts, counts, radii, strict=False):
-        if radius < (1.0 - _WIDER) * max(radii):
-            continue
-        reach = _wide_points(widths[start : start + len(points)], graph.width)
-        if reach * math.sqrt(2.0) <= best:  # the steps of a skeleton are no longer
-            continue
-        length = float(np.hypot(*np.diff(points[: reach + 1], axis=0).T).sum())
-        if length > best:
-            best = length
-            place = points[min(reach + round(_UNSEEN_WIDTHS * graph.width), len(points) - 1)].copy()
-    return place
+    reaches = []
+    for points, start in zip(parts, counts, strict=False):
+        count = _wide_points(widths[start : start + len(points)], graph.width)
+        reaches.append(float(np.hypot(*np.diff(points[: count + 1], axis=0).T).sum()) if count else 0.0)
+    lengths = [reach * (radius >= (1.0 - _WIDER) * max(radii)) for reach, radius in zip(reaches, radii, strict=True)]
+    best = max(lengths)
+    k = lengths.index(best)
+    least = _MERGE_WIDTHS * graph.width
+    second = max(reaches[:k] + reaches[k + 1 :])
+    if best <= least or second > max(least, 0.5 * best):  # all around is a blob, as tape makes it
+        return None, 0.0
+    at = np.searchsorted(np.hypot(*np.diff(parts[k], axis=0).T).cumsum(), best + _UNSEEN_WIDTHS * graph.width)
+    return parts[k][min(int(at), len(parts[k]) - 1)].copy(), best
 
 
 def _wide_points(widths: FloatArray, width: float) -> int:
@@ -229,9 +302,11 @@ def _wide_points(widths: FloatArray, width: float) -> int:
     half = len(widths) // 2
     if half == 0:
         return 0
-    usual = float(np.partition(widths[half:], (len(widths) - half) // 2)[(len(widths) - half) // 2])  # the median
+    middle, high = (len(widths) - half) // 2, 9 * (len(widths) - half) // 10
+    outer = np.partition(widths[half:], (middle, high))
+    usual, noise = float(outer[middle]), float(outer[high] - outer[middle])
     reach = 0
-    for at in np.flatnonzero(widths > usual + _WIDER).tolist():
+    for at in np.flatnonzero(widths > usual + max(_WIDER, _NOISES * noise)).tolist():
         if at - reach > _PAUSE_WIDTHS * width:
             break
         reach = at
@@ -240,6 +315,11 @@ def _wide_points(widths: FloatArray, width: float) -> int:
 
 def _inward_points(graph: Graph, matching: EndMatching, end: int) -> FloatArray:
     """Return the points of a branch from an end at a junction on, (n, 2), no more than are looked at."""
-    branch = matching.branches.branch_id[branch_of(end)]
-    own = graph.points[graph.offsets[branch] : graph.offsets[branch + 1]]
+    own = _points_of(graph, matching, end)
     return (own if is_start(end) else own[::-1])[: int(_PROFILE_WIDTHS * graph.width)]
+
+
+def _points_of(graph: Graph, matching: EndMatching, end: int) -> FloatArray:
+    """Return all points of the branch of an end, (n, 2)."""
+    branch = matching.branches.branch_id[branch_of(end)]
+    return graph.points[graph.offsets[branch] : graph.offsets[branch + 1]]

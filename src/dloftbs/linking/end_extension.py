@@ -118,7 +118,7 @@ def extend_ends(
             _extend_through_junction(mask, graph, matching, axes, end, spans, at_start, buffer)
         elif branches.nodes[end] == UNAVAILABLE:
             _extend_inside(mask, graph.width, branches, end, spans, at_start, buffer)
-        if branches.nodes[end] != FREE:
+        if branches.nodes[end] != FREE or end in branch_points:
             continue
         start, stop, step = spans[0] if at_start else spans[-1]
         low, high = (start, stop) if step == 1 else (stop + 1, start + 1)

@@ -178,7 +178,7 @@ class HarnessSequence(GeneratedSequence):
             return False
         for end in [strand.points[at] for strand in strands for at in (0, -1)]:
             others = [one.points for one in strands if min(np.hypot(*(one.points[[0, -1]] - end).T)) > 1.0]
-            if np.hypot(*(np.concatenate(others) - end).T).min() < _CLEAR_WIDTHS * margin:
+            if others and np.hypot(*(np.concatenate(others) - end).T).min() < _CLEAR_WIDTHS * margin:
                 return False
         return True
 
