@@ -82,7 +82,5 @@ def link(
         merge_to_count(graph, matching, config.objects, at_ends)
     places = {}
     if config.branched:
-        places = find_branch_points(
-            crop.oriented(crop.pixels), graph, matching, config.min_length_widths * graph.width
-        )
+        places = find_branch_points(crop.oriented(crop.pixels), graph, matching, config.min_length_widths * graph.width)
     return Linking(assemble(crop, graph, matching, config.min_length_widths, places), matching)

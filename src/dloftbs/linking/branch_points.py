@@ -8,9 +8,9 @@ from itertools import accumulate
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.data.graph import FREE, POSITION, TANGENT, Graph, branch_of, is_start, other_end, start_of, stop_of
+from dloftbs.data.graph import FREE, POSITION, TANGENT, Graph, branch_of, is_start, start_of, stop_of
 from dloftbs.kernels.tracing import measure_radius
-from dloftbs.linking.branch_weights import MOST_MARGIN, NODE
+from dloftbs.linking.branch_weights import NODE
 from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.support.arrays import FloatArray
 
@@ -89,10 +89,9 @@ Source: by hand; the noise of a skeleton's direction over the width of a junctio
 
 
 def shared_by_none(graph: Graph, matching: EndMatching) -> list[int]:
-    """List the branches that one cable is said to run along twice, and farther than across itself; and those along
-    which a cable is said to run that is wider on one side of it.
+    """List the branches that two cables are said to share, where rather a bundle branches.
 
-    Rather a bundle branches there.
+    One cable is said to run along it twice, and farther than across itself, or one that is wider on one side of it.
     """
     branches = matching.branches
     if not branches.duplicate_of:
@@ -145,7 +144,6 @@ def find_branch_points(
         if len(ends) >= _MIN_ENDS:
             found.append(ends)
     found += _under_cover(graph, matching)
-    margins = list(matching.margin)
     for end in [end for ends in found for end in ends]:
         matching.open(end)
     places = {}
@@ -154,27 +152,23 @@ def find_branch_points(
         if place is None:
             place = _place(branches.end_states[ends], graph.width)
         shortest = min([len(_points_of(graph, matching, end)) for end in ends])
-        margin = min([margins[end] for end in ends])
-        sure = confidence_of(margin, math.log(max(shortest, 1) / graph.width), reach / graph.width)
+        sure = confidence_of(math.log(max(shortest, 1) / graph.width), reach / graph.width)
         places.update(dict.fromkeys(ends, (place, sure)))
     return places
 
 
-def confidence_of(margin: float, shortest: float, reach: float) -> float:
+def confidence_of(shortest: float, reach: float) -> float:
     """Return the probability that a branch point is one, and lies where it is said to.
 
     Parameters
     ----------
-    margin : float
-        Least margin of the joints that it cuts, nats; infinite where it cuts none.
     shortest : float
         Logarithm of the length of its shortest branch, in widths.
     reach : float
         Length over which two of its branches lead on side by side, widths.
     """
-    none, per_margin, per_shortest, per_reach = NODE
-    log_odds = none + per_margin * min(margin, MOST_MARGIN) + per_shortest * shortest + per_reach * reach
-    return 1.0 / (1.0 + math.exp(-log_odds))
+    none, per_shortest, per_reach = NODE
+    return 1.0 / (1.0 + math.exp(-(none + per_shortest * shortest + per_reach * reach)))
 
 
 def _members(matching: EndMatching, node: int) -> list[int]:
@@ -246,8 +240,10 @@ def _joined(matching: EndMatching, found: list[list[int]], least_px: float) -> l
         a, b = point_of.get(2 * branch), point_of.get(2 * branch + 1)
         if a is None or b is None or stop - start >= least_px:
             continue
-        branches.spurs[branch] = True
         kept = [end for end in dict.fromkeys((*points[a], *points[b])) if branch_of(end) != branch]
+        if len(kept) < _MIN_ENDS:
+            continue
+        branches.spurs[branch] = True
         points[a] = kept
         if a != b:
             points[b] = []

@@ -5,17 +5,11 @@ from __future__ import annotations
 BRANCH_END = 1.5
 """Cost of an end that stays open at a junction because it is a branch's, where objects may branch, nats.
 
-Source: fitted by ``python -m benchmarks.fit_branches``: the middle of the costs at which the most scenes are right, 1 to 2.
+Source: fitted by ``python -m benchmarks.fit_branches``; from 1 to 2 as many scenes are right.
 """
 
-MOST_MARGIN = 5.0
-"""Margin beyond which a joint that a branch point cuts says no more of it, nats.
-
-Source: by hand; odds of 150 to one.
-"""
-
-NODE = (2.0, 0.0, 0.0, 0.0)
-"""Log-odds of a branch point, and per unit of margin, of its shortest branch and of its reach, as `confidence_of`.
+NODE = (0.5, 1.0, -1.2)
+"""Log-odds of a branch point, and per unit of its shortest branch and of its reach, as `confidence_of` has them.
 
 Source: fitted by ``python -m benchmarks.fit_branches``.
 """
