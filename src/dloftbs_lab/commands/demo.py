@@ -25,15 +25,25 @@ _SPACE_SHARE = 3  # so many times fewer frames in space
 @click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For another scene.")
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of the video; 1280x720.")
 @click.option("--quick", is_flag=True, help=f"A small one: {_QUICK[0]} frames of 640x360.")
+@click.option("--branched", is_flag=True, help="Of a wiring harness, which branches, by its masks.")
 @click.pass_context
 def demo(
-    context: click.Context, out: Path, frames: int | None, seed: int, size: tuple[int, int] | None, quick: bool
+    context: click.Context,
+    out: Path,
+    frames: int | None,
+    seed: int,
+    size: tuple[int, int] | None,
+    quick: bool,
+    branched: bool,
 ) -> None:
     """Draw a video of two cables, track each by its colour, and say how well that went.
 
     The folder gets the video, the curves, the video with the curves drawn on it, a sheet of a dozen
     frames, the figures, and a README that names each file and the command that does the same. Then
     the same for a cable in space, with the noise of a depth camera: its curves in metres, and a figure.
+
+    With --branched the folder gets a wiring harness instead, tracked by its masks: the video, its branches and
+    branch points, the video with these drawn on it, and a README with the figures.
     """
     from dloftbs.cli.outputs import config_beside, write_config
     from dloftbs.config import Config, SegmentationConfig
@@ -43,6 +53,12 @@ def demo(
     from dloftbs_lab.commands.demo_space import follow_in_space
 
     default_frames, default_size = _QUICK if quick else _FULL
+    if branched:
+        context.with_resource(claim_folder(out))
+        mark_as_demo(out)
+        click.echo("drawing and tracking a harness", err=True)
+        click.echo(_branched(frames or default_frames, size or default_size, seed, out))
+        return
     sequence = _sequence(frames or default_frames, size or default_size, seed)
     configs = [Config(segmentation=SegmentationConfig(hsv=(colour,))) for colour in sequence.hsv]
     context.with_resource(claim_folder(out))
@@ -60,6 +76,16 @@ def demo(
     write_summary(run, space, sequence, out)
     describe(text, space, out)
     click.echo(text)
+
+
+def _branched(frames: int, size: tuple[int, int], seed: int, out: Path) -> str:
+    from dloftbs.errors import InputError
+    from dloftbs_lab.commands.demo_branched import follow_harness
+
+    try:
+        return follow_harness(frames, size, seed, out)
+    except InputError as error:
+        raise Failure(f"no demo of this size and length: {error}") from error
 
 
 def _sequence(frames: int, size: tuple[int, int], seed: int) -> DemoSequence:
