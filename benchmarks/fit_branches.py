@@ -38,7 +38,7 @@ def drawn(count: int) -> Iterator[Example]:
     """Yield drawn harnesses of 1 to 4 branches, clean and noisy in turn."""
     for k in range(count):
         branches = 1 + k % 4
-        truth = HarnessSequence(branches, ("drawn", "perspective")[k // 4 % 2], 1, seed=FIRST_SEED + k).truth(0)
+        truth = HarnessSequence(branches, ("drawn", "in perspective")[k // 4 % 2], 1, seed=FIRST_SEED + k).truth(0)
         assert truth.mask is not None
         nodes = np.array([curve.end for curve in truth.curves[:branches]])
         noisy = k // 8 % 2 == 1

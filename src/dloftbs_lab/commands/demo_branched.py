@@ -41,7 +41,7 @@ def follow_harness(frames: int, size: tuple[int, int], seed: int, folder: Path) 
     SinkError
         If a file cannot be written.
     """
-    sequence = HarnessSequence(_BRANCHES, "perspective", frames, size, seed)
+    sequence = HarnessSequence(_BRANCHES, "in perspective", frames, size, seed)
     pipeline = Pipeline(Config().replace({"linking.branched": True}))
     scores: list[HarnessScore] = []
     harness_ids, point_ids, milliseconds = set[int | None](), set[int | None](), []

@@ -168,8 +168,10 @@ _GENERATED: dict[str, _Recipe] = {
         synthetic.simulated,
     ),
     "harness": _Recipe(
-        "wiring harnesses that bend, drawn and in perspective: 2 to 6 branches, clean, noisy, occluded; 60 frames each",
+        "wiring harnesses that bend, drawn and in perspective: 2 to 6 branches, clean, noisy and occluded",
         synthetic.harnesses,
+        scenes=20,
+        frames=6,
         in_common=True,
     ),
     REAL_MOTION: _of_recordings(_RECORDINGS),

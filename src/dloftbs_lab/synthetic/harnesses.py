@@ -24,7 +24,7 @@ from dloftbs_lab.synthetic.generated import (
 from dloftbs_lab.synthetic.strand import Strand, integrate
 from dloftbs_lab.truth import Truth
 
-HARNESS_VIEWS = ("drawn", "perspective")
+HARNESS_VIEWS = ("drawn", "in perspective")
 """How a harness is seen: from straight above, or by a pinhole camera from a side."""
 
 _FRAMES, _FPS = 60, 30.0
@@ -110,7 +110,7 @@ class HarnessSequence(GeneratedSequence):
         check_choice("view", view, HARNESS_VIEWS)
         if not 1 <= branches <= 6:
             raise InputError(f"branches must be in 1..6, got {branches}")
-        super().__init__(f"{view}, {branches} branches", frames, size, seed, _FPS)
+        super().__init__(f"{branches} branches {view}", frames, size, seed, _FPS)
         self.width_px = width_at(size, width_px, _WIDEST_PX)
         self.branches, self.view = branches, view
         _ = self._plan  # what cannot be is refused here, not at the first frame
@@ -139,7 +139,7 @@ class HarnessSequence(GeneratedSequence):
             return None
         others = [self._bends(rng, k * rng.uniform(*_BRANCH_PX) / (1.0 + 0.1 * count)) for _ in range(count)]
         leaves = rng.uniform(*_LEAVES_RAD, count) * rng.choice((-1.0, 1.0), count)
-        tilt = rng.uniform(*_TILT_RAD) if self.view == "perspective" else 0.0
+        tilt = rng.uniform(*_TILT_RAD) if self.view == "in perspective" else 0.0
         lean = rng.uniform(-0.5, 0.5) + math.pi * rng.integers(2)
         return _Plan(
             trunk, others, (at / trunk.length_px).tolist(), leaves.tolist(), lean, tilt, rng.uniform(*_THICKER)
@@ -192,7 +192,7 @@ def _strand_through(points: FloatArray) -> Strand:
     return Strand(own, np.unwrap(np.arctan2(way[:, 1], way[:, 0])), float(even[1]))
 
 
-_SUITE = ((2, "drawn"), (3, "drawn"), (4, "perspective"), (6, "drawn"))
+_SUITE = ((2, "drawn"), (3, "drawn"), (4, "in perspective"), (6, "drawn"))
 
 
 def harnesses(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[KnownSequence]:
