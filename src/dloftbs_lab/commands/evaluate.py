@@ -80,7 +80,7 @@ def evaluate(
 
     SUITE is rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
     known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, simulated (by MuJoCo, where it is
-    installed), harness, real-motion (where its recordings are, or as real-motion:FOLDER), noise, or a folder
+    installed), real-motion (where its recordings are, or as real-motion:FOLDER), noise, harness, or a folder
     of labelled data, as below; without any, all the generated ones.
 
     With --paper these are rgb, several-cables, rgbd and rgbd-artificial, unless some of them are named, and folders

@@ -44,6 +44,8 @@ def score_harness(
     limit_px, node_px : float
         The largest L3 of a branch, and distance of a branch point, that are right.
     """
+    if not truth.curves:
+        return HarnessScore(0, 0, 0, 0, whole=False)
     ends = np.array([(curve.start, curve.end) for curve in truth.curves]).reshape(-1, 2)
     meets = np.hypot(*(ends[:, None] - ends).transpose(2, 0, 1)) < _SAME_PX
     is_node = meets.sum(axis=1) >= _MIN_ENDS
