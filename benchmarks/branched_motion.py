@@ -78,6 +78,14 @@ def _project(points: _Floats, trunk: int, counts: list[int], joints: list[int]) 
     return Scene(flat, nodes)
 
 
+def mask_of(scene: Scene) -> npt.NDArray[np.uint8]:
+    """Return the mask of a scene, 0 and 255."""
+    mask = np.zeros(SIZE, np.uint8)
+    for line in scene.branches:
+        cv2.polylines(mask, [np.rint(line * 16).astype(np.int32)], False, (255,), WIDTH_PX, cv2.LINE_8, 4)
+    return mask
+
+
 def score(scene: Scene, result: dloftbs.FrameResult) -> tuple[int, int, int, int, bool]:
     """Return the branch points that are right, found and true, the right branches, and whether all is right."""
     found = np.array([point.position for point in result.branch_points]).reshape(-1, 2)
@@ -111,10 +119,7 @@ def main() -> None:
             module.BRANCH_END = cost
             rows = []
             for scene in shown:
-                mask = np.zeros(SIZE, np.uint8)
-                for line in scene.branches:
-                    cv2.polylines(mask, [np.rint(line * 16).astype(np.int32)], False, (255,), WIDTH_PX, cv2.LINE_8, 4)
-                rows.append(score(scene, dloftbs.detect(mask, branched=True, mask_is="binary")))
+                rows.append(score(scene, dloftbs.detect(mask_of(scene), branched=True, mask_is="binary")))
             right, found, true, branches, whole = np.array(rows).sum(axis=0)
             share = branches / sum(len(scene.branches) for scene in shown)
             print(f"{path.stem} cost {cost:g}: {len(shown)} frames, node F1 {2 * right / (found + true):.3f}, "

@@ -18,12 +18,14 @@ from properties import few_examples
 import dloftbs
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import Config, FittingConfig, LinkingConfig, TrackingConfig
+from dloftbs.data.branch_point import BranchPoint
 from dloftbs.data.centerline import Joint, JointKind, NearJoint
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Crossing, Detection
 from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.harness import Harness, Route
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.pipeline import Pipeline
 from dloftbs.stereo import CameraRig, RigObject, RigResult, RigTrack
@@ -81,6 +83,22 @@ CROSSINGS = st.builds(
     st.tuples(st.tuples(COUNTS, SHARES), st.tuples(COUNTS, SHARES)),
     st.none() | st.builds(lambda kind, top: kind(top), st.sampled_from(INTEGERS), st.integers(0, 1)),
     SHARES,
+)
+ENDS = st.tuples(COUNTS, st.builds(lambda kind, end: kind(end), st.sampled_from(INTEGERS), st.integers(0, 1)))
+BRANCH_POINTS = st.builds(
+    BranchPoint,
+    POINTS,
+    st.lists(ENDS, max_size=3).map(tuple),
+    SHARES,
+    st.none() | st.tuples(SMALL, SMALL, SMALL),
+    st.none() | COUNTS,
+)
+ROUTES = st.builds(Route, CURVES, SMALL, COUNTS, st.tuples(ENDS, ENDS))
+HARNESSES = st.builds(
+    lambda found, point, number: Harness((found,), (0,), (replace(point, members=((0, 1),)),), 0, number),
+    DETECTIONS,
+    BRANCH_POINTS,
+    st.none() | COUNTS,
 )
 DROPPED = st.builds(lambda found, why, share: Dropped(found.centerline, why, share), DETECTIONS, TEXT, SHARES)
 TRACKS = st.builds(
@@ -173,16 +191,19 @@ EVERY_CURVE = CURVES.map(lambda curve: BSplineCurve(curve.knots.astype(np.longdo
 
 MADE = {
     BSplineCurve: EVERY_CURVE,
+    BranchPoint: BRANCH_POINTS,
     CameraRig: RIGS,
     Config: CONFIGS,
     Crossing: CROSSINGS,
     Detection: DETECTIONS,
     Dropped: DROPPED,
     FrameResult: RESULTS,
+    Harness: HARNESSES,
     Joint: JOINTS,
     NearJoint: NEAR_JOINTS,
     PinholeCamera: CAMERAS,
     RigResult: RIG_RESULTS,
+    Route: ROUTES,
     Track: TRACKS,
     Truth: TRUTHS,
 }
@@ -215,7 +236,8 @@ def test_whatever_it_is_made_of_its_dictionary_is_plain(kind, data):
     made = data.draw(MADE[kind])
     check(made.to_dict())
     if hasattr(kind, "from_dict"):
-        again = kind.from_dict(json.loads(encode(made.to_dict())))
+        others = (made.detections,) if kind is Harness else ()
+        again = kind.from_dict(json.loads(encode(made.to_dict())), *others)
         assert again.to_dict() == made.to_dict()
 
 

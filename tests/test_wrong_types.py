@@ -55,6 +55,9 @@ BESIDE[0, 3] = 0.1
 RIG = dloftbs.CameraRig([CAMERA, CAMERA], [np.eye(4), BESIDE])
 RIG_RESULT = RIG.detect([MASK, MASK])
 EVIDENCE = OcclusionEvidence(occluders=MASK)
+TEE = np.zeros((120, 200), np.uint8)
+TEE[56:64, 10:190] = TEE[60:110, 96:104] = 1
+(HARNESS,) = dloftbs.detect(TEE, branched=True).harnesses
 STROKE = dloftbs.Stroke(points=[(9, 22), (50, 22)])
 COLOUR = dloftbs.ColourModel.fit(np.repeat(MASK[..., None], 3, axis=2).astype(np.uint8) * 200, [STROKE]).to_config()
 POINTS = np.array([(0.0, 0.0), (1.0, 2.0), (5.0, 1.0)])
@@ -97,6 +100,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "DepthRegistration": DepthRegistration(CAMERA, CAMERA, np.eye(3), np.zeros(3)),
         "Detection": FOUND,
         "FrameResult": RESULT,
+        "Harness": HARNESS,
         "OcclusionEvidence": EVIDENCE,
         "PinholeCamera": CAMERA,
         "Pipeline": dloftbs.Pipeline(),
@@ -138,6 +142,19 @@ def calls(folder: Path) -> dict[str, Call]:
         "BSplineCurve.sample": {"n": 5},
         "BSplineCurve.tangent": {"u": 0.5},
         "BSplineCurve.transformed": {"matrix": np.eye(2), "offset": np.zeros(2)},
+        "BranchPoint": {
+            **{"position": (1.0, 2.0), "members": ((0, 1), (1, 0)), "confidence": 0.5},
+            **{"position_3d": (1.0, 2.0, 3.0), "id": 1},
+        },
+        "BranchPoint.from_dict": {"data": HARNESS.branch_points[0].to_dict()},
+        "Harness": {
+            **{"detections": HARNESS.detections, "branches": HARNESS.branches, "index": 0, "id": 1},
+            **{"branch_points": HARNESS.branch_points},
+        },
+        "Harness.from_dict": {"data": HARNESS.to_dict(), "detections": HARNESS.detections, "index": 0},
+        "Harness.path": {"end_a": HARNESS.ends[0], "end_b": HARNESS.ends[1]},
+        "Harness.path_3d": {"end_a": HARNESS.ends[0], "end_b": HARNESS.ends[1]},
+        "Route": {"curve": CURVES[0], "width": 3.0, "harness": 0, "ends": ((0, 1), (1, 0))},
         "Crossing.from_dict": {"data": dloftbs.Crossing((1.0, 2.0), ((0, 0.1), (0, 0.9))).to_dict()},
         "ColourModel.colour_log_odds": {"image": image()},
         "ColourModel.probability": {"image": image()},
@@ -292,7 +309,9 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.Header.message": {"make": MAKE, "ending": "a"},
         "ros.MarkerWriter": {"make": MAKE},
         "ros.MarkerWriter.clear": {"header": STD_HEADER},
-        "ros.MarkerWriter.message": {"header": STD_HEADER, "samples": [in_space]},
+        "ros.MarkerWriter.message": {
+            **{"header": STD_HEADER, "samples": [in_space], "branch_points": HARNESS.branch_points},
+        },
         "ros.RclpyFactory.__call__": {"type_name": "no_msgs/msg/Thing"},
         "ros.Recording": {"path": RECORDING.path},
         "ros.Recording.messages": {"wanted": ["/dloftbs/mask"]},

@@ -28,12 +28,14 @@ if TYPE_CHECKING:
     from dloftbs.api import detect, track
     from dloftbs.camera import DepthRegistration, PinholeCamera
     from dloftbs.config import Config, HsvRange, Stroke
+    from dloftbs.data.branch_point import BranchPoint
     from dloftbs.data.centerline import Centerline, Joint, JointKind, NearJoint, Segment
     from dloftbs.data.curve import BSplineCurve
     from dloftbs.data.detection import Crossing, Detection
     from dloftbs.data.dropped import Dropped
     from dloftbs.data.frame import Frame
     from dloftbs.data.frame_result import FrameResult
+    from dloftbs.data.harness import Harness, Route
     from dloftbs.data.prediction import Prediction
     from dloftbs.data.prompt import Prompt
     from dloftbs.data.stage_trace import StageTrace
@@ -58,6 +60,8 @@ _HOME = {
     "OcclusionEvidence": "evidence",
     "Frame": "data.frame",
     "FrameResult": "data.frame_result",
+    "BranchPoint": "data.branch_point",
+    **dict.fromkeys(("Harness", "Route"), "data.harness"),
     **dict.fromkeys(("EndKind", "Track", "TrackState"), "data.tracks"),
     **dict.fromkeys(("detect", "track"), "api"),
     "Pipeline": "pipeline",
@@ -74,6 +78,7 @@ _SUBMODULES = ("config", "ros", "sinks", "sources", "topology", "viz")
 __all__ = [
     "BSplineCurve",
     "BackgroundSegmenter",
+    "BranchPoint",
     "CameraRig",
     "Centerline",
     "ColourModel",
@@ -88,6 +93,7 @@ __all__ = [
     "EndKind",
     "Frame",
     "FrameResult",
+    "Harness",
     "HsvRange",
     "InputError",
     "Joint",
@@ -99,6 +105,7 @@ __all__ = [
     "Prediction",
     "Prompt",
     "RigResult",
+    "Route",
     "Segment",
     "Segmenter",
     "SinkError",

@@ -29,6 +29,7 @@ class KnownSequence(Source):
 
     tolerance_px: float | None = None
     scene_name: str | None = None
+    is_branched: bool = False
 
     def __len__(self) -> int:
         assert self.length is not None  # a known sequence has one

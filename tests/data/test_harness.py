@@ -11,7 +11,8 @@ import pytest
 import dloftbs
 from dloftbs import ConfigError, FrameResult, InputError
 from dloftbs.config import LinkingConfig
-from dloftbs.data.harness import BranchPoint, Harness
+from dloftbs.data.branch_point import BranchPoint
+from dloftbs.data.harness import Harness, Route
 
 
 def drawn(*lines: tuple[tuple[int, int], tuple[int, int], int]) -> np.ndarray:
@@ -128,3 +129,13 @@ def test_a_known_number_of_objects_cannot_be_stated_beside_it() -> None:
         dloftbs.detect(TREE, branched=True, objects=2)
     with pytest.raises(ConfigError, match="branched must be true or false"):
         LinkingConfig(branched=1)  # type: ignore[arg-type]
+
+
+def test_a_route_says_what_is_wrong_with_it(tree: FrameResult) -> None:
+    curve = tree[0].curve
+    with pytest.raises(InputError, match="ends must be two, got 1"):
+        Route(curve, 12.0, 0, ((0, 1),))  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="end of an end"):
+        Route(curve, 12.0, 0, ((0, 1), (1, 2)))
+    with pytest.raises(InputError, match="width"):
+        Route(curve, -1.0, 0, ((0, 1), (1, 0)))

@@ -17,6 +17,7 @@ from ros import bag_examples as bags
 import dloftbs
 from dloftbs import FrameResult, InputError, PinholeCamera, Track, TrackState
 from dloftbs.data.answers import BendLimit
+from dloftbs.data.branch_point import BranchPoint
 from dloftbs.ros import (
     MarkerWriter,
     RclpyFactory,
@@ -132,6 +133,23 @@ def test_markers_come_go_and_are_dim_where_nothing_is_seen():
     markers(track_of(9))
     assert [marker.action for marker in sent(writer.clear(header())).markers] == [3]
     assert markers() == []
+
+
+def test_branch_points_are_spheres_that_come_and_go():
+    writer = MarkerWriter(bags.MAKE2)
+
+    def spheres(*points: BranchPoint) -> list[Any]:
+        made = sent(writer.message(header(), sampled_m(result_of(track_of(3))), points)).markers
+        return [marker for marker in made if marker.ns == "dloftbs/branch_points"]
+
+    point = BranchPoint((9.0, 9.0), ((0, 0), (1, 0), (2, 1)), 0.9, (0.1, 0.2, 0.7), 5)
+    (sphere,) = spheres(point, replace(point, position_3d=None, id=6))
+    assert (sphere.id, sphere.type, sphere.action) == (5, 2, 0)
+    assert (sphere.pose.position.x, sphere.pose.position.y, sphere.pose.position.z) == (0.1, 0.2, 0.7)
+    assert sphere.scale.x == sphere.scale.z > 0.002
+    assert [(marker.id, marker.action) for marker in spheres(replace(point, id=None))] == [(5, 2), (1, 0)]
+    assert [(marker.id, marker.action) for marker in spheres()] == [(1, 2)]
+    assert spheres() == []
 
 
 def test_a_line_is_as_wide_in_another_coordinate_frame():

@@ -12,6 +12,7 @@ from builders import curve_through
 from hypothesis import given
 from hypothesis import strategies as st
 
+import dloftbs
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.detection import Detection
 from dloftbs.data.frame import Frame
@@ -357,3 +358,34 @@ def test_a_file_in_the_place_of_the_folder_of_frames(tmp_path):
             sink.write(frame(1), result(in_space(helix()), index=1))
     assert len(read_ply(tmp_path / "a.ply")["vertex"]) > 0
     assert (tmp_path / "a").read_text() == "precious"
+
+
+def branched_in_space():
+    mask = np.zeros((120, 200), np.uint8)
+    mask[56:64, 10:190] = mask[60:110, 96:104] = 1
+    camera = PinholeCamera(200.0, 200.0, 100.0, 60.0)
+    frame = Frame(mask=mask, depth=np.full(mask.shape, 0.5), camera=camera)
+    return frame, dloftbs.detect(frame, branched=True)
+
+
+def test_a_ball_is_closed_and_looks_outwards():
+    ball = _mesh.ball(np.array([0.0, 0.0, 1.0]), 0.01)
+    assert len(ball.faces) == 20
+    assert borders(ball.faces) == set()
+    assert volume(ball) == pytest.approx(4.0 / 3.0 * np.pi * 1e-6, rel=0.4)
+    assert volume(ball) > 0.0
+
+
+@pytest.mark.parametrize(("form", "points"), [("tube", 12), ("line", 1)])
+def test_branch_points_are_white_and_have_negative_numbers(tmp_path, form, points):
+    frame, result = branched_in_space()
+    (point,) = result.branch_points
+    with GeometrySink(tmp_path / "a.ply", form=form) as sink:
+        sink.write(frame, result)
+    vertices = read_ply(tmp_path / "a.ply")["vertex"]
+    own = vertices[vertices["object"] == -1]
+    assert len(own) == points
+    assert {tuple(one) for one in own[["red", "green", "blue"]].tolist()} == {(255, 255, 255)}
+    middle = np.mean([own["x"], own["y"], own["z"]], axis=1)
+    assert middle == pytest.approx(point.position_3d, abs=1e-4)
+    assert set(vertices["object"].tolist()) == {-1, 0, 1, 2}

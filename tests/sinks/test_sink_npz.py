@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sinks.sink_examples as examples
 
+import dloftbs
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SinkError, SourceError
@@ -155,3 +156,25 @@ def test_a_file_that_vanished_is_a_sink_error(tmp_path):
     with pytest.raises(SinkError, match=r"a\.npz"):
         sink.close()
     sink.close()
+
+
+def test_branch_points_have_arrays_of_their_own(tmp_path):
+    mask = np.zeros((120, 200), np.uint8)
+    mask[56:64, 10:190] = mask[60:110, 96:104] = 1
+    branched = dloftbs.detect(mask, branched=True)
+    path = tmp_path / "a.npz"
+    write(path, [examples.nothing(0), branched])
+    (point,) = branched.branch_points
+    with np.load(path) as file:
+        arrays = dict(file)
+    assert arrays["harness"].tolist() == [0] * 3
+    assert arrays["branch_point"].tolist() == [list(point.position)]
+    assert np.isnan(arrays["branch_point_3d"]).all()
+    assert arrays["branch_point_members"].tolist() == [list(end) for end in point.members]
+    assert arrays["branch_point_offsets"].tolist() == [0, 3]
+    assert arrays["branch_point_id"].tolist() == [0]
+    assert arrays["branch_point_confidence"].tolist() == [point.confidence]
+    assert [row.detection for row in read_npz(path)] == [0, 1, 2]
+    write(path, [examples.detected(0)])
+    with np.load(path) as file:
+        assert not any(name.startswith(("branch", "harness")) for name in file)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from dloftbs.cleaning.holes import fill_holes
 from dloftbs.cleaning.kernels import morphology
 from dloftbs.cleaning.kernels.narrow_ground import find_narrow_ground
+from dloftbs.cleaning.slits import close_slits
 from dloftbs.config import CleaningConfig
 from dloftbs.data.frame_region import Region
 from dloftbs.data.mask_crop import MaskCrop, canonical_orientation
@@ -21,7 +22,9 @@ _WORD_BYTES = 8
 _NOISE, _MAX_CHANGED = 32, 4096  # a mask of which a larger share and more pixels change is noise
 
 
-def clean(mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None = None) -> MaskCrop | None:
+def clean(
+    mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None = None, *, branched: bool = False
+) -> MaskCrop | None:
     """Close and open the mask by squares, and cut out the rest.
 
     The paper opens by a 3 x 3 square. What that takes may come back where it is as long as a thin cable, and no fringe
@@ -36,6 +39,8 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None 
     config : CleaningConfig
     region : Region, optional
         That the mask was cut to. The edges of its polygon act as the image's border: nothing is left outside of it.
+    branched : bool
+        Whether objects may branch: then slits between cables are those of a bundle, and closed, too.
 
     Returns
     -------
@@ -65,6 +70,8 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None 
         places = find_narrow_ground(framed, h, w, top, left)
         beyond = (y == 0, y + h == mask.shape[0], x == 0, x + w == mask.shape[1])
         filled = fill_holes(pixels[:, : w + 2], places, beyond) if len(places) else None
+        if branched and len(places):
+            filled = close_slits(pixels[:, : w + 2] if filled is None else filled)
         if filled is not None:  # the box is the same
             pixels, framed, _, moments = frame(np.ascontiguousarray(_packed(filled).T))
             orientation = canonical_orientation(pixels[1 : h + 1, 1 : w + 1], moments)

@@ -10,10 +10,11 @@ from typing import Any, cast, overload
 import numpy as np
 
 from dloftbs.config import Roi, read_roi
+from dloftbs.data.branch_point import BranchPoint
 from dloftbs.data.detection import Crossing, Detection
 from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame import Frame
-from dloftbs.data.harness import BranchPoint, Harness, Route
+from dloftbs.data.harness import Harness, Route
 from dloftbs.data.presentation import outputs
 from dloftbs.data.tracks import Track
 from dloftbs.errors import InputError

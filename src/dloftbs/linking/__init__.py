@@ -9,7 +9,7 @@ from dloftbs.data.centerline import Centerline
 from dloftbs.data.graph import Graph
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence import EvidenceMap
-from dloftbs.linking.branch_points import find_branch_points, shared_with_itself
+from dloftbs.linking.branch_points import find_branch_points, shared_by_none
 from dloftbs.linking.centerlines import assemble
 from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
@@ -66,7 +66,7 @@ def link(
     """
     at_ends = None if evidence is None else evidence.at(graph)
     matching = match_ends(crop, graph, config.max_gap_widths, prior, at_ends, branched=config.branched)
-    if config.branched and (own := shared_with_itself(graph, matching)):
+    if config.branched and (own := shared_by_none(graph, matching)):
         matching = match_ends(crop, graph, config.max_gap_widths, prior, at_ends, branched=True, unshared=own)
     lead_straightest_through(graph, matching, config.max_gap_widths)
     steps = None
@@ -80,5 +80,7 @@ def link(
     open_doubtful_gaps(matching, graph.width, config.min_gap_confidence)
     if config.objects is not None:
         merge_to_count(graph, matching, config.objects, at_ends)
-    places = find_branch_points(graph, matching, config.min_length_widths * graph.width) if config.branched else {}
+    places = {}
+    if config.branched:
+        places = find_branch_points(crop.oriented(crop.pixels), graph, matching, config.min_length_widths * graph.width)
     return Linking(assemble(crop, graph, matching, config.min_length_widths, places), matching)

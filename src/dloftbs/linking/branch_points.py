@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
+from itertools import accumulate
 
-from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, is_start, other_end
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.data.graph import FREE, POSITION, TANGENT, Graph, branch_of, is_start, start_of, stop_of
+from dloftbs.kernels.tracing import measure_radius
+from dloftbs.linking.branch_weights import NODE
 from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.support.arrays import FloatArray
 
@@ -20,28 +26,59 @@ _OWN_WIDTHS = 4.0
 Source: geometry; two that cross at a sixth of a right angle have as much in common.
 """
 
-_ASIDE = -0.5
-"""Cosine of the angle between the branch that holds both and each of two that part, up to which they lead on.
+_BUNDLE = 1.4
+"""Width of a branch over that of another from which no single cable is both, but one of them a bundle.
 
-Source: geometry; three equal angles between the branches at a junction.
+Source: geometry; two cables side by side, seen from between both sides and along both, are 1.4 wide.
 """
 
-_WIDER = 1.06
-"""Width of the mask where two branches begin to part, in widths of the branch that holds both.
+_WIDER = 0.1
+"""Excess of the mask's width over that of a branch from which another branch lies beside it, widths.
 
-Source: by hand; above the noise of an edge.
+Source: measured, as `_MERGE_WIDTHS`; above the noise of an edge.
 """
 
-_LEAST_REACH_WIDTHS = 0.75
-"""Length of a wide stretch below which branches part at once, widths.
+_MERGE_WIDTHS = 0.7
+"""Length over which the mask is wider before a junction, above which branches lead on side by side there, widths.
 
-Source: geometry; a junction widens the mask for half a width.
+Source: measured with `benchmarks.branched_motion`: of 291 branch points of two cables .83 and .94 are within 10 px, and
+of .3 to .8 at least .81 and .93. A forest of trees that was fitted on the same widths has .84 and .96.
 """
 
-_MOST_REACH_WIDTHS = 3.0
-"""Length of a wide stretch above which it is that of a bundle, widths.
+_AHEAD = -0.7
+"""Cosine of the angle between the ends of two branches up to which one leads on into the other.
 
-Source: by hand; a branch parts from another one within two widths.
+Source: geometry; a turn by 45 degrees.
+"""
+
+_NOISES = 1.5
+"""Excess of the mask's width that counts, in that of the widest tenth of the outer half of what is looked at.
+
+Source: measured, as `_MERGE_WIDTHS`; with 2, wide stretches of two cables are missed, with 1 noise is one.
+"""
+
+_PAUSE_WIDTHS = 0.8
+"""Length without excess that is passed over, widths: a branch crosses the middle of the other one there.
+
+Source: measured, as `_MERGE_WIDTHS`.
+"""
+
+_UNSEEN_WIDTHS = 0.5
+"""Length from a branch point on along which a branch that leaves along another one does not show, widths.
+
+Source: measured, as `_MERGE_WIDTHS`.
+"""
+
+_PROFILE_WIDTHS = 8.0
+"""Length of a branch along which its width is looked at, widths.
+
+Source: geometry; twice as far as branches lead on side by side.
+"""
+
+_CHORD_REACH_PX = 4
+"""Number of points to either side over which the direction across a branch is measured for its width, px.
+
+Source: as in `end_matching`.
 """
 
 _CENTRE_WIDTHS = 1.0
@@ -57,10 +94,10 @@ Source: by hand; the noise of a skeleton's direction over the width of a junctio
 """
 
 
-def shared_with_itself(graph: Graph, matching: EndMatching) -> list[int]:
-    """List the branches that one cable is said to run along twice, and farther than across itself.
+def shared_by_none(graph: Graph, matching: EndMatching) -> list[int]:
+    """List the branches that two cables are said to share, where rather a bundle branches.
 
-    Rather a bundle branches there, and the branch comes back to it.
+    One cable is said to run along it twice, and farther than across itself, or one that is wider on one side of it.
     """
     branches = matching.branches
     if not branches.duplicate_of:
@@ -70,22 +107,36 @@ def shared_with_itself(graph: Graph, matching: EndMatching) -> list[int]:
     for branch, twin in branches.duplicate_of.items():
         start, stop = branches.spans[branch]
         is_one = branch in chain_of and chain_of[branch] == chain_of.get(twin)
-        if branch < graph.branch_count and is_one and stop - start > _OWN_WIDTHS * graph.width:
-            found.append(branch)
-    return found
+        is_long = stop - start > _OWN_WIDTHS * graph.width
+        if (is_one and is_long) or _widens(matching, branch):
+            found.append(branches.branch_id[branch])
+    return sorted(set(found))
 
 
-def find_branch_points(graph: Graph, matching: EndMatching, least_px: float) -> dict[int, tuple[FloatArray, float]]:
+def _widens(matching: EndMatching, branch: int) -> bool:
+    """Return whether the cable along a branch is wider on one side of it than on the other."""
+    ends = [matching.partner[end] for end in (start_of(branch), stop_of(branch))]
+    if min(ends) < 0:
+        return False
+    low, high = sorted([_radius(matching, end) for end in ends])
+    return low > 0.0 and high > _BUNDLE * low
+
+
+def find_branch_points(
+    mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, least_px: float
+) -> dict[int, tuple[FloatArray, float]]:
     """Make a branch point of each junction at which an end stays open beside two others, and cut what runs through.
 
     Parameters
     ----------
+    mask : numpy.ndarray, shape (H, W), uint8
+        In the orientation of the crop.
     graph : Graph
     matching : EndMatching
         Changed: the ends of branch points have no partner. A branch between two points that is too short to be an
         object joins them.
     least_px : float
-        Length below which a branch is none.
+        Length below which a branch between two branch points is none.
 
     Returns
     -------
@@ -95,48 +146,95 @@ def find_branch_points(graph: Graph, matching: EndMatching, least_px: float) -> 
     branches = matching.branches
     found: list[list[int]] = []
     for node in sorted({node for node in branches.nodes if node >= 0}):
-        ends = _members(graph, matching, node, least_px)
+        ends = _members(matching, node)
         if len(ends) >= _MIN_ENDS:
             found.append(ends)
+    found += _under_cover(graph, matching)
     for end in [end for ends in found for end in ends]:
         matching.open(end)
     places = {}
     for ends in _joined(matching, found, least_px):
-        merged = _start_of_merge(graph, matching, ends)
-        place = _place(branches.end_states[ends], graph.width) if merged is None else merged
-        places.update(dict.fromkeys(ends, (place, 1.0)))
+        place, reach = _start_of_merge(mask, graph, matching, ends)
+        if place is None:
+            place = _place(branches.end_states[ends], graph.width)
+        shortest = min([len(_points_of(graph, matching, end)) for end in ends])
+        sure = confidence_of(math.log(max(shortest, 1) / graph.width), reach / graph.width)
+        places.update(dict.fromkeys(ends, (place, sure)))
     return places
 
 
-def _members(graph: Graph, matching: EndMatching, node: int, least_px: float) -> list[int]:
+def confidence_of(shortest: float, reach: float) -> float:
+    """Return the probability that a branch point is one, and lies where it is said to.
+
+    Parameters
+    ----------
+    shortest : float
+        Logarithm of the length of its shortest branch, in widths.
+    reach : float
+        Length over which two of its branches lead on side by side, widths.
+    """
+    none, per_shortest, per_reach = NODE
+    return 1.0 / (1.0 + math.exp(-(none + per_shortest * shortest + per_reach * reach)))
+
+
+def _members(matching: EndMatching, node: int) -> list[int]:
     """List the ends that meet in a branch point at a junction: those that stay open, and those of what runs through."""
     branches, partner = matching.branches, matching.partner
     here = [end for end in matching.at_junction(node) if not branches.spurs[branch_of(end)]]
-    loose = [end for end in here if matching.is_open(end)]
-    for end in list(loose):
-        if _is_stub(graph, matching, end, least_px):
-            loose.remove(end)
-            branches.spurs[branch_of(end)] = True
+    loose = [end for end in here if matching.is_open(end) or branches.spurs[branch_of(partner[end])]]
     if not loose:
         return []
-    through = [(end, partner[end]) for end in here if partner[end] > end and matching.is_crossing(end)]
+    through = [(end, partner[end]) for end in here if partner[end] in here and partner[end] > end]
     if through and len(loose) < _MIN_ENDS:
         through.sort(key=lambda pair: -sum(_radius(matching, end) for end in pair))
         loose += through[0]
     return loose
 
 
-def _is_stub(graph: Graph, matching: EndMatching, end: int, least_px: float) -> bool:
-    """Return whether a branch with one end at a junction is too short to be an object."""
-    branches, branch = matching.branches, branch_of(end)
-    if branch >= graph.branch_count or branches.nodes[other_end(end)] >= 0 or not matching.is_open(other_end(end)):
+def _under_cover(graph: Graph, matching: EndMatching) -> list[list[int]]:
+    """List the ends around each gap of a cable at which another one ends, too: what hides the one hides the joint."""
+    branches, partner = matching.branches, matching.partner
+    states = branches.end_states
+    gaps = [i for i, j in enumerate(partner) if j > i and not matching.is_crossing(i)]
+    free = [end for end, node in enumerate(branches.nodes) if node == FREE and _is_loose(graph, matching, end)]
+    found = []
+    for i in gaps if free else ():
+        start, way = states[i, POSITION], states[partner[i], POSITION] - states[i, POSITION]
+        length = float(np.hypot(*way))
+        ends = [end for end in free if _points_into(states[end], start, way, length + graph.width, graph.width)]
+        if ends:
+            found.append([i, partner[i], *ends])
+            free = [end for end in free if end not in ends]
+    return found
+
+
+def _is_loose(graph: Graph, matching: EndMatching, end: int) -> bool:
+    """Return whether an end is open, of a cable and not cut by the image's border."""
+    branch = branch_of(end)
+    return (
+        matching.is_open(end)
+        and branch < graph.branch_count
+        and not matching.branches.spurs[branch]
+        and not graph.bordering[end]
+    )
+
+
+def _points_into(state: FloatArray, start: FloatArray, way: FloatArray, reach: float, width: float) -> bool:
+    """Return whether an end that is no farther from a gap than that is wide points into it, to half a width."""
+    here, ahead = state[POSITION] - start, state[TANGENT]
+    across = ahead[0] * way[1] - ahead[1] * way[0]
+    if abs(across) < 1e-9:
         return False
-    return bool(graph.offsets[branch + 1] - graph.offsets[branch] < least_px)
+    along = (here[1] * way[0] - here[0] * way[1]) / across
+    share = (here[1] * ahead[0] - here[0] * ahead[1]) / across
+    slack = 0.5 * width / max(float(np.hypot(*way)), 1e-9)
+    return 0.0 < along <= reach and -slack <= share <= 1.0 + slack
 
 
 def _radius(matching: EndMatching, end: int) -> float:
+    """Return half the mean width of the branch of an end, px; 0 where all of it lies in junctions."""
     start, stop = matching.branches.spans[branch_of(end)]
-    return float(np.median(matching.branches.radius[start:stop])) if stop > start else 0.0
+    return float(np.add.reduce(matching.branches.radius[start:stop])) / (stop - start) if stop > start else 0.0
 
 
 def _joined(matching: EndMatching, found: list[list[int]], least_px: float) -> list[list[int]]:
@@ -148,8 +246,10 @@ def _joined(matching: EndMatching, found: list[list[int]], least_px: float) -> l
         a, b = point_of.get(2 * branch), point_of.get(2 * branch + 1)
         if a is None or b is None or stop - start >= least_px:
             continue
-        branches.spurs[branch] = True
         kept = [end for end in dict.fromkeys((*points[a], *points[b])) if branch_of(end) != branch]
+        if len(kept) < _MIN_ENDS:
+            continue
+        branches.spurs[branch] = True
         points[a] = kept
         if a != b:
             points[b] = []
@@ -159,36 +259,74 @@ def _joined(matching: EndMatching, found: list[list[int]], least_px: float) -> l
 
 def _place(states: FloatArray, width: float) -> FloatArray:
     """Return the place nearest to the axes of some ends, and not far from their middle."""
-    middle = states[:, POSITION].mean(axis=0)
-    across = np.stack((-states[:, TANGENT][:, 1], states[:, TANGENT][:, 0]), axis=1)
+    middle = np.add.reduce(states[:, POSITION]) / len(states)
+    across = states[:, TANGENT][:, ::-1] * (-1.0, 1.0)
     weight = (_RAY_WIDTHS / _CENTRE_WIDTHS) ** 2
-    matrix = np.einsum("ni,nj->ij", across, across) + weight * np.eye(2)
-    vector = across.T @ np.einsum("ni,ni->n", across, states[:, POSITION]) + weight * middle
+    matrix = across.T @ across + weight * np.eye(2)
+    vector = across.T @ (across * states[:, POSITION]).sum(axis=1) + weight * middle
     result: FloatArray = np.linalg.solve(matrix, vector)
     return result
 
 
-def _start_of_merge(graph: Graph, matching: EndMatching, ends: list[int]) -> FloatArray | None:
-    """Return where two branches begin to part that lead on side by side; None where they part at once.
+def _start_of_merge(
+    mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, ends: list[int]
+) -> tuple[FloatArray | None, float]:
+    """Return where two branches begin to part that lead on side by side, and for how long they do, px.
 
-    There the mask begins to be wider than the branch that holds both.
+    The place is None, and the length 0, where they part at once.
+    There the mask begins to be wider than the branch that holds both: of all that meet, the one that is wide the
+    farthest. Where another one is about as far, a blob lies over the joint.
     """
-    branches = matching.branches
-    if len(ends) != _MIN_ENDS:
-        return None
-    tangents = branches.end_states[ends][:, TANGENT]
-    cosines = tangents @ tangents.T
-    for k, end in enumerate(ends):
-        branch = branch_of(end)
-        if max(cosines[k, j] for j in range(len(ends)) if j != k) > _ASIDE or branch >= graph.branch_count:
-            continue
-        start, stop = graph.offsets[branch], graph.offsets[branch + 1]
-        own = np.arange(start, stop) if is_start(end) else np.arange(stop - 1, start - 1, -1)
-        radius = graph.radius[own]
-        far = radius[len(own) // 2 :]
-        wide = np.flatnonzero(radius < _WIDER * np.median(far))
-        reach = int(wide[0]) if len(wide) else 0
-        if _LEAST_REACH_WIDTHS * graph.width < reach <= _MOST_REACH_WIDTHS * graph.width and reach < len(own) // 2:
-            result: FloatArray = graph.points[own[reach]].copy()
-            return result
-    return None
+    parts = [_inward_points(graph, matching, end) for end in ends]
+    counts = [0, *accumulate(map(len, parts))]
+    widths = measure_radius(mask, np.concatenate(parts), np.array(counts), _CHORD_REACH_PX) * (2.0 / graph.width)
+    radii = [_radius(matching, end) for end in ends]
+    reaches = []
+    for points, start in zip(parts, counts, strict=False):
+        count = _wide_points(widths[start : start + len(points)], graph.width)
+        reaches.append(float(np.hypot(*np.diff(points[: count + 1], axis=0).T).sum()) if count else 0.0)
+    tangents = matching.branches.end_states[ends][:, TANGENT]
+    leads_on = ((tangents @ tangents.T).min(axis=1) <= _AHEAD).tolist()  # into one of the others
+    widest = (1.0 - _WIDER) * max(radii)
+    lengths = [
+        reach * (radius >= widest and leads) for reach, radius, leads in zip(reaches, radii, leads_on, strict=True)
+    ]
+    best = max(lengths)
+    k = lengths.index(best)
+    least = _MERGE_WIDTHS * graph.width
+    second = max(reaches[:k] + reaches[k + 1 :])
+    if best <= least or second > max(least, 0.5 * best):  # all around is a blob, as tape makes it
+        return None, 0.0
+    at = np.searchsorted(np.hypot(*np.diff(parts[k], axis=0).T).cumsum(), best + _UNSEEN_WIDTHS * graph.width)
+    return parts[k][min(int(at), len(parts[k]) - 1)].copy(), best
+
+
+def _wide_points(widths: FloatArray, width: float) -> int:
+    """Count the points from a junction on up to the last one at which the mask is wider than farther out.
+
+    None of them is, where the mask is as wide up to the end of what is looked at.
+    """
+    half = len(widths) // 2
+    if half == 0:
+        return 0
+    middle, high = (len(widths) - half) // 2, 9 * (len(widths) - half) // 10
+    outer = np.partition(widths[half:], (middle, high))
+    usual, noise = float(outer[middle]), float(outer[high] - outer[middle])
+    reach = 0
+    for at in np.flatnonzero(widths > usual + max(_WIDER, _NOISES * noise)).tolist():
+        if at - reach > _PAUSE_WIDTHS * width:
+            break
+        reach = at
+    return reach if reach < half else 0
+
+
+def _inward_points(graph: Graph, matching: EndMatching, end: int) -> FloatArray:
+    """Return the points of a branch from an end at a junction on, (n, 2), no more than are looked at."""
+    own = _points_of(graph, matching, end)
+    return (own if is_start(end) else own[::-1])[: int(_PROFILE_WIDTHS * graph.width)]
+
+
+def _points_of(graph: Graph, matching: EndMatching, end: int) -> FloatArray:
+    """Return all points of the branch of an end, (n, 2)."""
+    branch = matching.branches.branch_id[branch_of(end)]
+    return graph.points[graph.offsets[branch] : graph.offsets[branch + 1]]

@@ -80,7 +80,7 @@ def assemble(
             around_all = Piece([span for piece in pieces for span in piece.spans], -1, 0.0, math.inf)
             fill_junctions(around_all, buffer, closed=True)
             loops.append([around_all])
-        elif not is_loop and count >= least:
+        elif not is_loop and count >= (_MIN if chain[0] in places or other_end(chain[-1]) in places else least):
             extend_ends(mask, graph, matching, axes, chain, pieces, buffer, places)
             for piece in pieces:
                 fill_junctions(piece, buffer)
@@ -135,10 +135,11 @@ def _lay_out(
     parts = np.array([0, *accumulate(sum(len(piece.spans) for piece in pieces) for pieces in lines + loops)])
     ends_there = np.array([[end in places for end in both] for both in ends], dtype=np.bool_).reshape(-1, 2)
     sure = course_confidence(crop.oriented(crop.pixels), oriented, runs, parts, len(lines), widths, ends_there).tolist()
-    branch_ends = {
-        end: BranchEnd(tuple(crop.to_image(place[None])[0].tolist()), confidence)
-        for end, (place, confidence) in places.items()
-    }
+    branch_ends: dict[int, BranchEnd] = {}
+    if places:
+        met_at = crop.to_image(np.array([place for place, _ in places.values()])).tolist()
+        for (end, (_, confidence)), (x, y) in zip(places.items(), met_at, strict=True):
+            branch_ends[end] = BranchEnd((x, y), confidence)
     for k, pieces in enumerate(lines):
         if len(pieces) > 1:
             _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], matching, pieces)

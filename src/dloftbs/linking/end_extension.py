@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 
@@ -117,7 +118,7 @@ def extend_ends(
             _extend_through_junction(mask, graph, matching, axes, end, spans, at_start, buffer)
         elif branches.nodes[end] == UNAVAILABLE:
             _extend_inside(mask, graph.width, branches, end, spans, at_start, buffer)
-        if branches.nodes[end] != FREE:
+        if branches.nodes[end] != FREE or end in branch_points:
             continue
         start, stop, step = spans[0] if at_start else spans[-1]
         low, high = (start, stop) if step == 1 else (stop + 1, start + 1)
@@ -211,15 +212,23 @@ def _lead_to(
     at_start: bool,
     buffer: Points,
 ) -> None:
-    """Lead a cable from where it is clear of a junction straight to the branch point there."""
+    """Lead a cable from where it is clear of a junction, and short of the branch point there, straight to that."""
     k = 0 if at_start else -1
-    first, last, step = spans[k] = _clear_of_junction(graph, branches, end, spans[k])
+    first, last, step = _clear_of_junction(graph, branches, end, spans[k])
     if first != last:
-        here = branches.points[first if at_start else last - step]
-        length = float(np.hypot(*(place - here)))
-        way = (place - here) / max(length, 1e-9)
+        inward = step if at_start else -step
+        tip = first if at_start else last - step
+        count = min(int(_TAIL_WIDTHS * graph.width), abs(last - first))
+        beyond = tip + inward * count
+        away = branches.points[tip : beyond if beyond >= 0 else None : inward] - place
+        squares = away[:, 0] * away[:, 0] + away[:, 1] * away[:, 1]
+        nearest = int(squares.argmin())
+        tip += inward * nearest
+        spans[k] = (tip, last, step) if at_start else (first, tip + step, step)
+        length = math.sqrt(squares[nearest])
+        way = away[nearest] / -max(length, 1e-9)
         at = np.append(np.arange(1.0, length), length)
-        added, stop, _ = buffer.add(here + at[:, None] * way, 0.5 * graph.width)
+        added, stop, _ = buffer.add(branches.points[tip] + at[:, None] * way, 0.5 * graph.width)
         if at_start:
             spans.insert(0, (stop - 1, added - 1, -1))
         else:

@@ -212,7 +212,8 @@ def _read(mask: AnyArray, limit: int, share: float, task: _Task) -> _Reading:
     refusal = task.refusal_of(mask, share)
     if refusal is not None:
         return _Reading(replace(run, reason=refusal), [])
-    crop = clean(mask, config.cleaning, region)
+    is_branched = isinstance(config.linking, LinkingConfig) and config.linking.branched
+    crop = clean(mask, config.cleaning, region, branched=is_branched)
     clock.lap("cleaning")
     if crop is None:
         return _Reading(replace(run, reason=why_nothing_is_left(mask, config, frame)), [])

@@ -10,13 +10,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.branch_point import BranchPoint
 from dloftbs.data.centerline import BranchEnd, Centerline, Joint, NearJoint, Segment
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Crossing, Detection
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_region import Region
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.data.harness import BranchPoint
 from dloftbs.data.stage_trace import StageTrace
 from dloftbs.data.tracks import Track
 from dloftbs.support.arrays import FloatArray, frozen

@@ -106,7 +106,7 @@ class BagSink(PathSink):
         in_space = list(sampled_m(result))
         messages: dict[str, Any] = {
             "points": points_message(make, metres, in_space, 3),
-            "markers": self._markers.message(metres, in_space),
+            "markers": self._markers.message(metres, in_space, result.branch_points),
             "points_px": points_message(make, pixels, [sample_px(track) for track in objects_of(result)], 2),
             "diagnostics": diagnostics_message(make, metres, result),
         }

@@ -80,6 +80,26 @@ class Item:
     inferred: npt.NDArray[np.bool_]
 
 
+def ball(centre: FloatArray, radius_m: float) -> Shape:
+    """Return a small ball of 20 faces around a point (3,)."""
+    golden = 0.5 * (1.0 + 5.0**0.5)
+    corners = [(0.0, a, b * golden) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
+    normals = np.array([one[k:] + one[:k] for one in corners for k in range(3)]) / np.hypot(1.0, golden)
+    near = np.linalg.norm(normals[:, None] - normals, axis=2) < 1.2  # of an edge: 1.05
+    faces = [
+        (a, b, c) for a in range(12) for b in range(a) for c in range(b) if near[a, b] and near[b, c] and near[c, a]
+    ]
+    outwards = [(a, b, c) if np.linalg.det(normals[[a, b, c]]) > 0.0 else (a, c, b) for a, b, c in faces]
+    points = centre + radius_m * normals
+    return Shape(points, normals, np.zeros(12), np.array(outwards, np.int32), np.empty((0, 2), np.int32))
+
+
+def dot(centre: FloatArray) -> Shape:
+    """Return a point (3,) by itself."""
+    nothing = np.empty((0, 3), np.int32)
+    return Shape(centre[None], np.zeros((1, 3)), np.zeros(1), nothing, nothing[:, :2])
+
+
 def line(curve: BSplineCurve, spacing_m: float) -> Shape:
     """Return a curve in space as a line with a point every `spacing_m`, about."""
     u = _parameters(curve, spacing_m)

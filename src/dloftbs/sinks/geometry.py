@@ -6,6 +6,8 @@ import os
 from collections import deque
 from pathlib import Path
 
+import numpy as np
+
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
@@ -20,6 +22,9 @@ _FORMATS = {".ply": _mesh.ply, ".obj": _mesh.obj}
 SUFFIXES = tuple(_FORMATS)
 FORMS = ("tube", "line")
 _LINE_POINTS = 200
+_BALL = 1.5
+"""Radius of the ball at a branch point, over that of the tube."""
+_WHITE = (255, 255, 255)
 
 
 class GeometrySink(PathSink):
@@ -37,7 +42,8 @@ class GeometrySink(PathSink):
 
     PLY files are binary; their points have ``nx, ny, nz``, the colour of the object in overlays as ``red, green,
     blue``, its id or number as ``object``, and ``inferred``, 1 where depth was bridged rather than measured. In OBJ
-    files each object is an ``o object_ID``, and colours stand behind the coordinates.
+    files each object is an ``o object_ID``, and colours stand behind the coordinates. Branch points are white balls, or
+    points beside lines; their ``object`` is negative: minus their id, or their number from 1 in a frame by itself.
 
     Parameters
     ----------
@@ -77,7 +83,10 @@ class GeometrySink(PathSink):
         self._claim = claim_replaceable(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
-        items = [self._item(one, frame.camera) for one in self._in_space.of(result)]
+        objects = list(self._in_space.of(result))
+        items = [self._item(one, frame.camera) for one in objects]
+        if result.branch_points:
+            items += self._branch_points(result, objects, frame.camera)
         folder = self._path.with_suffix("")
         target = folder / f"{self._name(f'{result.index:06d}')}{self._suffix}"
         if self._written == 0 and not items:
@@ -111,6 +120,24 @@ class GeometrySink(PathSink):
         blue, green, red = Style().colour(one.order)
         seen_not = inside(shape.u, one.detection.inferred_3d)
         return _mesh.Item(one.row.name, shape, (red, green, blue), seen_not)
+
+    def _branch_points(
+        self, result: FrameResult, objects: list[SpaceObject], camera: PinholeCamera | None
+    ) -> list[_mesh.Item]:
+        by_number = {one.row.number: one for one in objects}
+        items = []
+        for number, point in enumerate(result.branch_points, start=1):
+            met = [by_number[branch] for branch, _ in point.members if branch in by_number]
+            if point.position_3d is None or not met:
+                continue
+            centre = np.array(point.position_3d)
+            if self._form == "line":
+                shape = _mesh.dot(centre)
+            else:
+                shape = _mesh.ball(centre, _BALL * (self._radius_m or max([one.radius_m(camera) for one in met])))
+            seen = np.zeros(len(shape.points), np.bool_)
+            items.append(_mesh.Item(-number if point.id is None else -point.id, shape, _WHITE, seen))
+        return items
 
     def _close(self) -> None:
         self._claim.release()

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.data.branch_point import BranchPoint
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
@@ -68,6 +69,19 @@ class NpzSink(PathSink):
     control_points_3d    (sum, 3) m   likewise with ``offsets_3d``
     ==================== ============ =====================================================================
 
+    Where objects branch, there are K branch points, too, and the harness of each row:
+
+    ======================= =========== ====================================================================
+    harness                 (M,) int    id of its harness in a stream, else its number from 0; -1 without one
+    branch_point_frame      (K,) int    the frame's index
+    branch_point_id         (K,) int    from 1; 0 in a frame by itself
+    branch_point            (K, 2) px   its position
+    branch_point_3d         (K, 3) m    likewise, NaN without depth
+    branch_point_confidence (K,)
+    branch_point_members    (sum, 2)    numbers of the detections that meet there, and the ends by which, 0 or 1
+    branch_point_offsets    (K + 1,)    point ``i`` has members ``branch_point_offsets[i]`` to the next
+    ======================= =========== ====================================================================
+
     All rows stay in memory until `close` writes the file, as a whole or not at all, also where an exception ends the
     block. A process that is killed before leaves no file, or the older one as it was: for streams of many hours, and
     where every frame must survive, take JSON lines.
@@ -86,14 +100,27 @@ class NpzSink(PathSink):
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
         self._rows: list[_Row] = []
+        self._harness_of: list[int] = []
+        self._branch_points: list[tuple[int, BranchPoint]] = []
+        self._is_branched = False
         self._claim = claim_replaceable(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
-        self._rows += [_row_of(row, result) for row in object_rows(result)]  # the whole frame, or nothing after Ctrl-C
+        rows = [_row_of(row, result) for row in object_rows(result)]
+        harness_of = {
+            number: at if one.id is None else one.id
+            for at, one in enumerate(result.harnesses)
+            for number in one.branches
+        }
+        self._rows += rows  # the whole frame, or nothing after Ctrl-C
+        self._harness_of += [harness_of.get(row.detection, -1) for row in rows]
+        self._branch_points += [(result.index, point) for point in result.branch_points]
+        self._is_branched |= bool(result.harnesses)
 
     def _close(self) -> None:
         with self._claim, sink_errors(self._path), replacing(self._path) as temporary, temporary.open("wb") as file:
-            np.savez(file, **_arrays(self._rows))
+            more = _branch_arrays(self._harness_of, self._branch_points) if self._is_branched else {}
+            np.savez(file, **_arrays(self._rows), **more)
 
 
 class _Row(NamedTuple):
@@ -144,6 +171,21 @@ def _arrays(rows: list[_Row]) -> dict[str, Any]:
     for name, kind in _VALUES.items():
         arrays[name] = np.array([getattr(row, name) for row in rows], kind)
     return arrays
+
+
+def _branch_arrays(harness_of: list[int], points: list[tuple[int, BranchPoint]]) -> dict[str, Any]:
+    """Return the arrays of objects that branch."""
+    nowhere = (np.nan,) * 3
+    return {
+        "harness": np.array(harness_of, "<i8"),
+        "branch_point_frame": np.array([frame for frame, _ in points], "<i8"),
+        "branch_point_id": np.array([one.id or 0 for _, one in points], "<i8"),
+        "branch_point": np.array([one.position for _, one in points], "<f8").reshape(-1, 2),
+        "branch_point_3d": np.array([one.position_3d or nowhere for _, one in points], "<f8").reshape(-1, 3),
+        "branch_point_confidence": np.array([one.confidence for _, one in points], "<f8"),
+        "branch_point_members": np.array([end for _, one in points for end in one.members], "<i8").reshape(-1, 2),
+        "branch_point_offsets": np.cumsum([0, *[len(one.members) for _, one in points]], dtype="<i8"),
+    }
 
 
 @dataclass(frozen=True)

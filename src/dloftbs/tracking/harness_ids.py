@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from dloftbs.data.harness import BranchPoint, Harness
+from dloftbs.data.branch_point import BranchPoint
+from dloftbs.data.harness import Harness
 from dloftbs.data.tracks import Track
 
 _REACH_WIDTHS = 8.0

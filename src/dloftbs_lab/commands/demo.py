@@ -26,9 +26,16 @@ _SPACE_SHARE = 3  # so many times fewer frames in space
 @click.option("--seed", type=click.IntRange(0, MAX_SEED), default=_SEED, show_default=True, help="Another scene.")
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of the video; 1280x720.")
 @click.option("--quick", is_flag=True, help=f"A small one: {_QUICK[0]} frames of 640x360.")
+@click.option("--branched", is_flag=True, help="Of a wiring harness, which branches, by its masks.")
 @click.pass_context
 def demo(
-    context: click.Context, out: Path, frames: int | None, seed: int, size: tuple[int, int] | None, quick: bool
+    context: click.Context,
+    out: Path,
+    frames: int | None,
+    seed: int,
+    size: tuple[int, int] | None,
+    quick: bool,
+    branched: bool,
 ) -> None:
     """Generate a video of two cables, track each by its colour, and report the accuracy.
 
@@ -36,6 +43,9 @@ def demo(
     frames, the figures, and a README that names each file. A cable in space follows, with the noise
     of a depth camera: its curves in metres, and a figure. The page index.html shows all of it, and
     the commands to run next. Each colour is known to be one cable (linking.objects).
+
+    With --branched the folder gets a wiring harness instead, tracked by its masks: the video, its branches and
+    branch points, the video with these drawn on it, and a README with the figures.
     """
     from dloftbs.cli.outputs import config_beside, write_config
     from dloftbs.config import Config, SegmentationConfig
@@ -54,6 +64,12 @@ def demo(
     from dloftbs_lab.commands.demo_space import follow_in_space
 
     default_frames, default_size = _QUICK if quick else _FULL
+    if branched:
+        context.with_resource(claim_folder(out))
+        mark_as_demo(out)
+        click.echo("drawing and tracking a harness", err=True)
+        click.echo(_branched(frames or default_frames, size or default_size, seed, out))
+        return
     sequence = _sequence(frames or default_frames, size or default_size, seed)
     configs = [
         Config(segmentation=SegmentationConfig(hsv=(colour,))).replace({"linking.objects": 1})
@@ -75,6 +91,16 @@ def demo(
     describe(rows, space, out)
     click.echo(table(rows))
     click.echo(f"open {out / INDEX} in a browser", err=True)
+
+
+def _branched(frames: int, size: tuple[int, int], seed: int, out: Path) -> str:
+    from dloftbs.errors import InputError
+    from dloftbs_lab.commands.demo_branched import follow_harness
+
+    try:
+        return follow_harness(frames, size, seed, out)
+    except InputError as error:
+        raise Failure(f"no demo of this size and length: {error}") from error
 
 
 def _sequence(frames: int, size: tuple[int, int], seed: int) -> DemoSequence:

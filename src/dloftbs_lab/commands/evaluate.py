@@ -79,8 +79,8 @@ def evaluate(
     of a single scenario of rgbd and rgbd-artificial are over 8. --quick and --scale take fewer.
 
     SUITE is a generated one: rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
-    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage or noise. simulated needs MuJoCo, and
-    real-motion its recordings, or real-motion:FOLDER. A folder of labelled data is a suite, too, as below. Without
+    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, noise or harness. simulated needs MuJoCo,
+    and real-motion its recordings, or real-motion:FOLDER. A folder of labelled data is a suite, too, as below. Without
     any, all the generated ones are scored.
 
     With --paper these are rgb, several-cables, rgbd and rgbd-artificial, unless some of them are named, and folders

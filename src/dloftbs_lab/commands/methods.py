@@ -17,7 +17,7 @@ from typing import Any, cast
 
 import msgspec
 
-from dloftbs.config import Config, HsvRange, SegmentationConfig
+from dloftbs.config import Config, HsvRange, LinkingConfig, SegmentationConfig
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import ConfigError, InputError
@@ -72,7 +72,13 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
     if config is not None:
         one = _for_one(config) if name == "paper" else None
         if one is None:
-            return Method(name, functools.partial(_pipeline, config), config.to_yaml())
+            branched = _branched(config)
+            return Method(
+                name,
+                functools.partial(_pipeline, config),
+                config.to_yaml(),
+                branched_factory=None if branched is None else functools.partial(_pipeline, branched),
+            )
         settings_of_both = f"{config.to_yaml()}\n{one.to_yaml()}"
         both = functools.partial(_pipeline, config), functools.partial(_pipeline, one)
         return Method(name, both[0], settings_of_both, one_factory=both[1])
@@ -138,6 +144,13 @@ def _for_one(config: Config) -> Config | None:
     if config.linking != Config.paper().linking:
         return None
     return msgspec.structs.replace(config, linking=Config.paper(objects=1).linking)
+
+
+def _branched(config: Config) -> Config | None:
+    """Return the form for objects that branch; None where the linking knows none, or their number is stated."""
+    if not isinstance(config.linking, LinkingConfig) or config.linking.objects is not None:
+        return None
+    return config.replace({"linking.branched": True})
 
 
 def _pipeline(config: Config) -> Callable[[Frame], FrameResult]:

@@ -167,6 +167,13 @@ _GENERATED: dict[str, _Recipe] = {
         "a cable that MuJoCo moves, in perspective: hanging, bending, twisting, buckling, snapping back, tangling",
         synthetic.simulated,
     ),
+    "harness": _Recipe(
+        "wiring harnesses that bend, drawn and in perspective: 2 to 6 branches, clean, noisy and occluded",
+        synthetic.harnesses,
+        scenes=20,
+        frames=6,
+        in_common=True,
+    ),
     REAL_MOTION: _of_recordings(_RECORDINGS),
     "noise": _Recipe(
         "ladders of growing noise",

@@ -15,6 +15,7 @@ from dloftbs_lab.synthetic.depth_noise import TYPICAL_NOISE, DepthNoise, depth_s
 from dloftbs_lab.synthetic.edge_cases import EDGE_CASES, EdgeCaseSequence, edge_cases
 from dloftbs_lab.synthetic.excerpt import Excerpt
 from dloftbs_lab.synthetic.free_ends import END_STYLES, FreeEnd, draw_cable_mask
+from dloftbs_lab.synthetic.harnesses import HARNESS_VIEWS, HarnessSequence, harnesses
 from dloftbs_lab.synthetic.kinds import KINDS, KindSequence, kinds
 from dloftbs_lab.synthetic.ladder import LADDER_BASES, LadderBase, Rung, noise_ladder
 from dloftbs_lab.synthetic.network_masks import NETWORK, NetworkFaults
@@ -43,6 +44,7 @@ __all__ = [
     "EDGE_CASES",
     "END_STYLES",
     "FOOTAGE_FAMILIES",
+    "HARNESS_VIEWS",
     "KINDS",
     "LADDER_BASES",
     "NETWORK",
@@ -64,6 +66,7 @@ __all__ = [
     "EdgeCaseSequence",
     "Excerpt",
     "FreeEnd",
+    "HarnessSequence",
     "KindSequence",
     "LadderBase",
     "NetworkFaults",
@@ -81,6 +84,7 @@ __all__ = [
     "draw_cable_mask",
     "draw_tube_mask",
     "edge_cases",
+    "harnesses",
     "kinds",
     "known_occluders",
     "missing_recordings",

@@ -178,6 +178,7 @@ class DegradedSequence(KnownSequence):
         self.name = f"{sequence.name}, {degradation.name}" if name is None else name
         self.fps = sequence.fps
         self.length = sequence.length
+        self.is_branched = sequence.is_branched
         self.sequence = sequence
         self.degradation = degradation
         self.seed = seed

@@ -38,6 +38,7 @@ class Excerpt(KnownSequence):
         self.fps = sequence.fps
         self.length = frames
         self.tolerance_px = sequence.tolerance_px
+        self.is_branched = sequence.is_branched
         self._sequence = sequence
         self._start = start
 

@@ -250,3 +250,21 @@ def test_a_curve_run_backwards_scores_the_same():
     )
     assert forward.l3_px == pytest.approx(backward.l3_px)
     assert forward.runs_forward != backward.runs_forward
+
+
+def test_a_harness_is_drawn_and_tracked_in_a_folder_of_its_own(tmp_path):
+    out = tmp_path / "harness"
+    result = run("demo", "--branched", "--out", out, "--frames", 4, "--size", "480x270", "--seed", 1)
+    readme = (out / "README.txt").read_text()
+    assert result.stdout in readme
+    assert sorted(file.name for file in out.iterdir()) == ["README.txt", "curves.jsonl", "input.mp4", "overlay.mp4"]
+    assert all(file.name in readme for file in out.iterdir())
+    rows = list(read_json_lines(out / "curves.jsonl"))
+    assert len(rows) == 4
+    assert all(row["harnesses"] for row in rows)
+    assert "whole harness right" in result.stdout
+
+
+def test_a_harness_that_fits_no_video_is_an_error(tmp_path):
+    result = run("demo", "--branched", "--out", tmp_path / "small", "--size", "64x64", code=1)
+    assert "no demo of this size and length: " in result.stderr

@@ -81,6 +81,11 @@ _FIGURES: dict[str, Callable[[_Frames], Cell]] = {
     "L3 mm min": lambda frames: min(existing(row.l3_mm for row in frames.items), default=None),
     _LENGTH: lambda frames: frames.mean(lambda row: row.length_error, 100.0),
     "sure and wrong, %": lambda frames: frames.ratio(lambda row: row.sure_wrong, lambda row: row.sure, 100.0),
+    "whole harness right, %": lambda frames: frames.mean(lambda row: float(row.whole), 100.0),
+    "branches right, %": _share_of_objects(lambda row: row.branches_right),
+    "F1 of branch points, %": lambda frames: frames.ratio(
+        lambda row: 2 * row.nodes_right, lambda row: row.nodes_true + row.nodes_found, 100.0
+    ),
     "DICE": lambda frames: frames.mean(lambda row: row.dice),
     "missing": lambda frames: frames.total(lambda row: row.missing),
     "missing, %": _share_of_objects(lambda row: row.missing),
@@ -171,6 +176,15 @@ def _footage(parts: Sequence[Part], suite: str) -> Table:
     return Table(f"{suite}-frames", f"{suite}: what was seen in each frame", *made, note).compact()
 
 
+def _harnesses(parts: Sequence[Part], suite: str) -> Table:
+    figures = ("whole harness right, %", "branches right, %", "F1 of branch points, %", "L3 px", "ms median", *_COUNTS)
+    note = (
+        "A branch point is right within 10 px in HD; a branch with an L3 of at most 5 px, and with branch points that "
+        f"are right at the ends that have one; a harness if all of it is, and there is nothing else. {_SEEN}"
+    )
+    return Table(suite, f"{suite}: by sequence", *_rows(parts, {**_SEQUENCE, **_METHOD}, figures), note).compact()
+
+
 def _plain(parts: Sequence[Part], suite: str) -> Table:
     covers = ("clean frames, %", "right number, %", "L1 px", "L2 px", "L3 px", _WHOLE, "DICE")
     figures = (*covers, "missing", "redundant", "ms median", *_COUNTS)
@@ -186,6 +200,7 @@ _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "real-motion": _families,
     "real-footage": _footage,
     "simulated": _families,
+    "harness": _harnesses,
     "several-cables": _by_number,
     "rgbd": _scenarios,
     "rgbd-artificial": _deep_scenarios,

@@ -67,6 +67,12 @@ class FrameRow:
     sure, sure_wrong : int
         Curves with a confidence of at least `frame_scores.SURE`, and those of them that are not right; 0 where a method
         gives no confidence.
+    nodes_true, nodes_found, nodes_right : int
+        Branch points; 0 where no true curves meet.
+    branches_right : int
+        Curves that are right, with branch points that are right at both ends.
+    whole : bool
+        Whether all branches and branch points are right, and there is nothing else.
     """
 
     suite: str
@@ -94,6 +100,11 @@ class FrameRow:
     scene: str = ""
     sure: int = 0
     sure_wrong: int = 0
+    nodes_true: int = 0
+    nodes_found: int = 0
+    nodes_right: int = 0
+    branches_right: int = 0
+    whole: bool = False
 
     @property
     def badness(self) -> tuple[int, float, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -61,6 +61,8 @@ class Found:
         Of a method with identities: all that it published, also those that it did not see in this frame.
     detected : Found, optional
         Detections of the frame, where the curves are others: tracks that are put together from parts, say.
+    branch_points : numpy.ndarray, shape (n, 2)
+        Of a method that finds any, px.
     """
 
     curves: tuple[Curve, ...] = ()
@@ -69,6 +71,7 @@ class Found:
     detections: tuple[Detection, ...] = ()
     tracks: tuple[FoundTrack, ...] = ()
     detected: Found | None = None
+    branch_points: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
 
     @cached_property
     def points(self) -> FloatArray:
@@ -131,6 +134,7 @@ def _of_result(result: FrameResult) -> Found:
         detections,
         tuple(FoundTrack(track.id, track.curve, track.detection is not None) for track in result.tracks),
         None if as_detected else _of_result(replace(result, tracks=())),
+        np.array([point.position for point in result.branch_points]).reshape(-1, 2),
     )
 
 

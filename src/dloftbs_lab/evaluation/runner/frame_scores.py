@@ -16,6 +16,7 @@ from dloftbs_lab.evaluation.curve_matching import CurveDistances, match_distance
 from dloftbs_lab.evaluation.identity_scores import TrackingScorer, TrackingScores
 from dloftbs_lab.evaluation.instances import dice
 from dloftbs_lab.evaluation.runner.found import Found, samples
+from dloftbs_lab.evaluation.runner.harness_scores import NODE, score_harness
 from dloftbs_lab.evaluation.runner.known_frame import KnownFrame
 from dloftbs_lab.evaluation.runner.mask_pixels import mean_width
 from dloftbs_lab.evaluation.runner.space_scores import score_in_space
@@ -56,6 +57,11 @@ class Score:
     l3_surface_mm: float | None = None
     sure: int = 0
     sure_wrong: int = 0
+    nodes_true: int = 0
+    nodes_found: int = 0
+    nodes_right: int = 0
+    branches_right: int = 0
+    whole: bool = False
 
 
 def score(found: Found, known: KnownFrame, tolerance_px: float | None = None) -> Score:
@@ -95,6 +101,7 @@ def score(found: Found, known: KnownFrame, tolerance_px: float | None = None) ->
         space.l2_mm,
         space.l3_surface_mm,
         *_sure(found, {pair.found for pair in matching.pairs if pair.l3 <= limit}),
+        *score_harness(found.branch_points, matching, known.truth, limit, NODE * max(known.frame.size)),
     )
 
 

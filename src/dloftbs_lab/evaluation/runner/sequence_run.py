@@ -47,6 +47,8 @@ class Method:
         Settings that its results depend on, besides the name: its configuration, or a digest of its code.
     one_factory : callable, optional
         The same for sequences of one object, where a method has a form of its own for these.
+    branched_factory : callable, optional
+        The same for sequences of objects that branch.
     alternatives : tuple of callable
         Further factories: of each sequence only the form counts whose curves are nearest to the truth, as where a paper
         counts the best of several settings.
@@ -60,6 +62,7 @@ class Method:
     one_factory: Callable[[], Callable[[Frame], Any]] | None = None
     alternatives: tuple[Callable[[], Callable[[Frame], Any]], ...] = ()
     suites: tuple[str, ...] = ()
+    branched_factory: Callable[[], Callable[[Frame], Any]] | None = None
 
     @property
     def forms(self) -> list[Method]:
@@ -67,7 +70,12 @@ class Method:
         return [replace(self, factory=factory, alternatives=()) for factory in (self.factory, *self.alternatives)]
 
     def made_for(self, sequence: KnownSequence) -> Method:
-        """Return the form for a sequence: that of one object where none of some frames shows more."""
+        """Return the form for a sequence: that of one object where none of some frames shows more.
+
+        Where objects branch, it is that for these.
+        """
+        if sequence.is_branched and self.branched_factory is not None:
+            return replace(self, factory=self.branched_factory, branched_factory=None)
         if self.one_factory is None:
             return self
         some = {round(share * (len(sequence) - 1)) for share in _SHARES} if len(sequence) else set()

@@ -1,0 +1,113 @@
+"""Branch points of drawn masks: where branches part late, under ties and blobs, and under what hides them."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+import dloftbs
+from dloftbs import FrameResult
+from dloftbs.linking.branch_points import confidence_of
+
+JOINT = (320, 240)
+ARMS = ((60, 240), (580, 220), (430, 60))
+
+
+def tee(width: int = 12) -> np.ndarray:
+    mask = np.zeros((480, 640), np.uint8)
+    for end in ARMS:
+        cv2.line(mask, JOINT, end, 255, width)
+    return mask
+
+
+def read(mask: np.ndarray) -> FrameResult:
+    return dloftbs.detect(mask, branched=True, mask_is="binary")
+
+
+def assert_a_harness_of_three(result: FrameResult, within_px: float) -> None:
+    (point,) = result.branch_points
+    assert np.hypot(*np.subtract(point.position, JOINT)) < within_px
+    assert len(point.members) == len(result) == 3
+    for number, end in point.members:
+        curve = result[number].curve
+        assert np.allclose(curve(float(end)), point.position, atol=2.0)
+        far = curve(float(1 - end))
+        assert min(np.hypot(*(far - arm)) for arm in ARMS) < 8.0
+
+
+def test_branches_that_part_at_once_meet_where_their_axes_do():
+    assert_a_harness_of_three(read(tee()), 3.0)
+
+
+def test_a_tie_around_the_joint_is_no_end_of_a_branch():
+    mask = tee()
+    cv2.ellipse(mask, JOINT, (5, 17), 0, 0, 360, 255, -1)
+    assert_a_harness_of_three(read(mask), 10.0)
+
+
+def test_under_tape_the_joint_is_where_the_axes_meet():
+    mask = tee()
+    cv2.ellipse(mask, JOINT, (22, 15), 0, 0, 360, 255, -1)
+    assert_a_harness_of_three(read(mask), 10.0)
+
+
+def test_a_hidden_joint_is_where_the_branches_point():
+    mask = tee()
+    cv2.circle(mask, JOINT, 18, 0, -1)
+    assert_a_harness_of_three(read(mask), 10.0)
+
+
+def test_a_branch_that_leaves_along_the_trunk_begins_where_the_mask_gets_wider():
+    mask = np.zeros((480, 640), np.uint8)
+    cv2.line(mask, (60, 240), (580, 240), 255, 12)
+    x = np.arange(300, 460)
+    line = np.column_stack((x, 240 - np.maximum(x - 300, 0) ** 2 / 160))  # tangential at x = 300
+    cv2.polylines(mask, [line.astype(np.int32)], False, (255,), 12)
+    (point,) = read(mask).branch_points
+    assert abs(point.position[0] - 300) < 15
+    assert abs(point.position[1] - 240) < 3
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_edge_that_wanders_moves_no_joint(seed):
+    mask = tee()
+    noise = cv2.GaussianBlur(np.random.default_rng(seed).normal(size=mask.shape), (0, 0), 2.0)
+    near = np.abs(cv2.distanceTransform(255 - mask, cv2.DIST_L2, 5) - cv2.distanceTransform(mask, cv2.DIST_L2, 5))
+    mask[(near < 1.5) & (noise > 0.1)] = 255
+    assert_a_harness_of_three(read(mask), 10.0)
+
+
+def test_two_plain_cables_that_cross_stay_two():
+    mask = np.zeros((480, 640), np.uint8)
+    cv2.line(mask, (60, 200), (580, 280), 255, 12)
+    cv2.line(mask, (60, 330), (580, 150), 255, 12)
+    result = read(mask)
+    assert len(result) == 2
+    assert result.branch_points == ()
+
+
+def test_a_cable_that_ends_beside_the_gap_of_another_one_stays_by_itself():
+    mask = np.zeros((480, 640), np.uint8)
+    cv2.line(mask, (60, 240), (580, 240), 255, 12)
+    mask[:, 300:330] = 0
+    cv2.line(mask, (200, 60), (200, 190), 255, 12)  # points at the cable, but not into the gap
+    assert read(mask).branch_points == ()
+
+
+def test_a_long_branch_is_surer_and_a_joint_far_inside_another_branch_less_so():
+    assert confidence_of(3.0, 0.0) > confidence_of(0.5, 0.0)
+    assert confidence_of(3.0, 0.0) > confidence_of(3.0, 2.0)
+    (point,) = read(tee()).branch_points
+    assert 0.8 < point.confidence < 1.0
+
+
+def test_loops_and_small_pieces_at_a_joint_are_no_error():
+    rng = np.random.default_rng(5)
+    for _ in range(40):
+        mask = np.zeros((120, 160), np.uint8)
+        for _ in range(6):
+            cv2.line(mask, *[tuple(map(int, rng.integers(10, 110, 2))) for _ in range(2)], 255, int(rng.integers(3, 9)))
+        mask[rng.random(mask.shape) < 0.01] ^= 255
+        for point in read(mask).branch_points:
+            assert len(point.members) >= 3
