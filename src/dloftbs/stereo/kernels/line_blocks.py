@@ -73,7 +73,7 @@ def block_means(points: _Floats, u: _Floats, radius: _Floats, block: int, farthe
         Point x and y, `u`, length along the line, the chord x and y in the direction of the line, and the radius.
     """
     n = len(points)
-    blocks = np.empty((n // block + 1, 7))
+    blocks = np.empty((n // (block // 2 + 1) + 1, 7))  # a gap may end a block a little beyond half
     count, k = 0, 0
     while k + 1 < n:
         x, y, at, half = points[k, 0], points[k, 1], u[k], radius[k]
