@@ -25,9 +25,16 @@ _SPACE_SHARE = 3  # so many times fewer frames in space
 @click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For another scene.")
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of the video; 1280x720.")
 @click.option("--quick", is_flag=True, help=f"A small one: {_QUICK[0]} frames of 640x360.")
+@click.option("--stereo", is_flag=True, help="A cable before two cameras instead: two videos, a rig, curves in metres.")
 @click.pass_context
 def demo(
-    context: click.Context, out: Path, frames: int | None, seed: int, size: tuple[int, int] | None, quick: bool
+    context: click.Context,
+    out: Path,
+    frames: int | None,
+    seed: int,
+    size: tuple[int, int] | None,
+    quick: bool,
+    stereo: bool,
 ) -> None:
     """Draw a video of two cables, track each by its colour, and say how well that went.
 
@@ -38,11 +45,29 @@ def demo(
     from dloftbs.cli.outputs import config_beside, write_config
     from dloftbs.config import Config, SegmentationConfig
     from dloftbs.support.safe_files import claim_folder
-    from dloftbs_lab.commands.demo_files import describe, mark_as_demo, render, table, write_sheet, write_summary
+    from dloftbs_lab.commands.demo_files import (
+        describe,
+        describe_files,
+        mark_as_demo,
+        render,
+        table,
+        write_sheet,
+        write_summary,
+    )
     from dloftbs_lab.commands.demo_run import follow
     from dloftbs_lab.commands.demo_space import follow_in_space
 
     default_frames, default_size = _QUICK if quick else _FULL
+    if stereo:
+        from dloftbs_lab.commands import demo_stereo
+
+        context.with_resource(claim_folder(out))
+        mark_as_demo(out, demo_stereo.WHAT)
+        click.echo(f"drawing two videos into {out}, and following the cable in them by its colour", err=True)
+        text = demo_stereo.follow_with_two_cameras(frames or default_frames, size or default_size, seed, out)
+        describe_files(demo_stereo.WHAT, text, out)
+        click.echo(text)
+        return
     sequence = _sequence(frames or default_frames, size or default_size, seed)
     configs = [Config(segmentation=SegmentationConfig(hsv=(colour,))) for colour in sequence.hsv]
     context.with_resource(claim_folder(out))

@@ -30,7 +30,8 @@ _NO_TRACKING = "no tracking tables: so few frames say nothing of tracking, run w
     default=_METHODS,
     show_default=True,
     metavar="METHOD",
-    help="default, paper, cpd (a baseline), FILE.yaml (a configuration), MODULE:CALLABLE. Repeatable, or with commas.",
+    help="default, paper, stereo, cpd (a baseline), FILE.yaml (a configuration), MODULE:CALLABLE. Repeatable, or with "
+    "commas.",
 )
 @method_options
 @click.option(
@@ -79,8 +80,8 @@ def evaluate(
     of a single scenario of rgbd and rgbd-artificial are over 8. --quick and --scale take fewer.
 
     SUITE is rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
-    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, simulated (by MuJoCo, where it is
-    installed), real-motion (where its recordings are, or as real-motion:FOLDER), noise, or a folder
+    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, two-cameras, simulated (by MuJoCo, where it
+    is installed), real-motion (where its recordings are, or as real-motion:FOLDER), noise, or a folder
     of labelled data, as below; without any, all the generated ones.
 
     With --paper these are rgb, several-cables, rgbd and rgbd-artificial, unless some of them are named, and folders
@@ -92,7 +93,8 @@ def evaluate(
     such; or a class, of which an instance is made for each sequence and called so, after its start(frame, truth) with
     the first frame, if it has one. Modules are found in the current folder, and where Python finds others. cpd is
     coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial: it is told the
-    first frame's curve and the cable's length.
+    first frame's curve and the cable's length. stereo is `StereoPipeline`, for two-cameras, of which others see the
+    first view alone.
     --config, --set and --hsv change all methods but these last.
 
     The folder of --out gets the tables (report.md, pages/*.md, tables/*.csv, report.json), the figures in short
