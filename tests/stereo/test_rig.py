@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stereo_views import BENT, CAMERA, OTHER, RADIUS_M, axis_through, beside, distances_m, masks, rig
+from stereo_views import BENT, CAMERA, OTHER, RADIUS_M, axis_through, beside, depths_m, distances_m, masks, rig
 
 from dloftbs import CameraRig, Frame, InputError, PinholeCamera
 from dloftbs.stereo import RigObject
@@ -55,6 +55,10 @@ def test_the_curve_runs_as_that_of_the_first_view_and_each_view_has_it_in_its_ow
         assert np.abs(seen - detection[0].curve(detection[0].u_2d([0.1, 0.9]))).max() < 1.5
     assert np.allclose(result.views[0][0].curve_3d.control_points, curve.control_points)
     assert one.inferred_3d == result.views[0][0].inferred_3d
+    for view in result.views:
+        here, there = view[0].curve_3d_std([0.1, 0.4]), view[0].reversed().curve_3d_std([0.9, 0.6])
+        assert np.allclose(here, there)
+        assert np.allclose(here, one.curve_3d_std([0.1, 0.4])) or np.allclose(here, one.curve_3d_std([0.9, 0.6]))
 
 
 def test_cables_are_matched_to_themselves():
@@ -156,6 +160,28 @@ def test_along_epipolar_lines_the_deviation_is_large():
     steep = axis_through([(0.0, -0.2, 0.7), (0.0, -0.1, 0.7), (0.0, 0.05, 0.7), (0.02, 0.15, 0.7)])
     stds = [r.detect(masks(r, axis)).objects[0] for axis in (level, steep)]
     assert stds[0].curve_3d_std(0.4) > 3.0 * stds[1].curve_3d_std(0.4)
+
+
+def test_depth_of_a_view_counts_by_its_deviation():
+    r = rig(0.06)
+    level = axis_through([(-0.2, 0.0, 0.7), (-0.1, 0.001, 0.68), (0.05, 0.0, 0.72), (0.15, 0.03, 0.7)])
+    views = masks(r, level)
+    apart = []
+    for depth in (None, [depths_m(r, level, 0), None], [None, depths_m(r, level, 1)]):
+        one = r.detect(views, depth=depth)[0]
+        apart.append(distances_m(one.curve_3d, level).mean())
+        assert one.curve_3d_std([0.1, 0.5]).max() > apart[-1] / 3.0
+    assert max(apart[1:]) < 0.001 < 0.01 < apart[0]
+
+
+def test_depth_gives_metres_to_what_one_view_shows_alone():
+    r = rig()
+    left, right = masks(r, BENT)
+    right[:] = False
+    (one,) = r.detect([left, right], depth=[depths_m(r, BENT, 0), np.zeros(right.shape, np.float32)])
+    assert one.members == (0, None)
+    assert distances_m(one.curve_3d, BENT).mean() < 0.001
+    assert one.curve_3d_std(0.5) < 0.005
 
 
 def test_stated_errors_of_the_rig_enter_the_deviation():

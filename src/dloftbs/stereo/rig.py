@@ -420,7 +420,9 @@ def _with_space(view: int, result: FrameResult, found: RigObjects, geometry: Rig
             curve = curve.reversed()
             spans = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(spans)])
         made = Detection._unchecked(own.centerline, own.curve, curve, None, (), camera)
+        assert one.std_m is not None  # it goes with the curve
         made.__dict__["inferred_3d"] = spans
+        made.__dict__["_rig_std_m"] = one.std_m[::-1] if match.backwards else one.std_m
         detections[match.second] = made
     seen = copy.copy(result)
     object.__setattr__(seen, "detections", tuple(detections))

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve, check_curve
+from dloftbs.data.deviation import deviation_at
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import TrackState
 from dloftbs.errors import InputError
@@ -141,8 +141,7 @@ class RigObject:
         """
         if self.curve_3d is None or self.std_m is None:
             raise InputError(f"there is no curve in space{f': {self.no_3d_reason}' if self.no_3d_reason else ''}")
-        t = self.curve_3d.t_at(u)
-        return np.interp(t, np.linspace(0.0, 1.0, len(self.std_m)), self.std_m)
+        return deviation_at(self.std_m, self.curve_3d, u)
 
     def reversed(self) -> RigObject:
         """Return the same object run the other way."""

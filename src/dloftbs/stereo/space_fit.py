@@ -58,7 +58,7 @@ Source: geometry; a mask's border is right to the root of a twelfth of a pixel.
 """
 
 _ITERATIONS = 3
-"""Number of Gauss's and Newton's steps.
+"""Largest number of Gauss's and Newton's steps.
 
 Source: measured; more steps move no curve by 0.01 of its deviation.
 """
