@@ -50,6 +50,14 @@ def masks(cameras: CameraRig, *axes: npt.NDArray[np.float64]) -> list[npt.NDArra
     return drawn
 
 
+def depths_m(cameras: CameraRig, axis: npt.NDArray[np.float64], view: int) -> npt.NDArray[np.float32]:
+    """Return the depth image of one view, with the ground at 1.5 m."""
+    pose = cameras.poses[view]
+    centers = (axis - pose[:3, 3]) @ pose[:3, :3]
+    ground = np.full(SIZE, 1.5, np.float32)
+    return draw_spheres(centers, np.full(len(axis), RADIUS_M), len(axis), cameras.cameras[view], ground).depth
+
+
 def distances_m(curve: BSplineCurve, axis: npt.NDArray[np.float64], count: int = 101) -> npt.NDArray[np.float64]:
     """Return how far even points of a curve lie from an axis, leaving out the ends."""
     points = curve(np.linspace(0.03, 0.97, count))

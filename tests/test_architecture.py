@@ -63,7 +63,18 @@ MAY_IMPORT = {
     "lab.recorded": OUTSIDE | {"sources", "sinks", "lab.truth", "lab.known_sequence"},
     "lab.evaluation": OUTSIDE | {"kernels", "viz", "lab.truth", "lab.known_sequence", "lab.synthetic", "lab.recorded"},
     "lab.commands": OUTSIDE
-    | {"cli", "pipeline", "segmentation", "sources", "sinks", "viz", "lab.truth", "lab.synthetic", "lab.evaluation"},
+    | {
+        "cli",
+        "pipeline",
+        "segmentation",
+        "stereo",
+        "sources",
+        "sinks",
+        "viz",
+        "lab.truth",
+        "lab.synthetic",
+        "lab.evaluation",
+    },
 }
 """From a room to those that it may import, itself aside; the package is "", rooms of the laboratory are "lab.X".
 

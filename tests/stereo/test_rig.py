@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stereo_views import BENT, CAMERA, OTHER, RADIUS_M, axis_through, beside, distances_m, masks, rig
+from stereo_views import BENT, CAMERA, OTHER, RADIUS_M, axis_through, beside, depths_m, distances_m, masks, rig
 
 from dloftbs import CameraRig, Frame, InputError, PinholeCamera
+from dloftbs.stereo import RigObject
 
 
 def test_a_cable_is_where_it_was_drawn_and_its_deviation_holds():
@@ -54,6 +55,10 @@ def test_the_curve_runs_as_that_of_the_first_view_and_each_view_has_it_in_its_ow
         assert np.abs(seen - detection[0].curve(detection[0].u_2d([0.1, 0.9]))).max() < 1.5
     assert np.allclose(result.views[0][0].curve_3d.control_points, curve.control_points)
     assert one.inferred_3d == result.views[0][0].inferred_3d
+    for view in result.views:
+        here, there = view[0].curve_3d_std([0.1, 0.4]), view[0].reversed().curve_3d_std([0.9, 0.6])
+        assert np.allclose(here, there)
+        assert np.allclose(here, one.curve_3d_std([0.1, 0.4])) or np.allclose(here, one.curve_3d_std([0.9, 0.6]))
 
 
 def test_cables_are_matched_to_themselves():
@@ -79,11 +84,33 @@ def test_what_one_view_shows_alone_says_so():
         alone.curve_3d_std(0.5)
 
 
-def test_a_loop_says_that_it_is_one():
-    angle = np.linspace(0.0, 2.0 * np.pi, 800)
-    ring = np.stack((0.08 * np.cos(angle), 0.08 * np.sin(angle), np.full(800, 0.6)), axis=1)
-    r = rig()
-    assert all("closed loop" in one.no_3d_reason for one in r.detect(masks(r, ring)))
+def ring(tilt: float) -> np.ndarray:
+    angle = np.linspace(0.0, 2.0 * np.pi, 1500)
+    across = 0.09 * np.sin(angle)
+    return np.stack((0.08 * np.cos(angle), across, 0.6 + tilt * across + 0.02 * np.sin(2.0 * angle)), axis=1)
+
+
+def test_a_loop_is_a_loop_in_space():
+    r, axis = rig(), ring(0.3)
+    (one,) = r.detect(masks(r, axis)).objects
+    assert one.curve_3d.closed
+    assert one.curve_3d.length == pytest.approx(np.linalg.norm(np.diff(axis, axis=0), axis=1).sum(), rel=0.05)
+    apart = distances_m(one.curve_3d, axis)
+    assert np.median(apart) < 0.002
+    assert (apart < 3.0 * one.curve_3d_std(np.linspace(0.03, 0.97, 101))).mean() > 0.9
+
+
+@pytest.mark.parametrize("view", [0, 1])
+def test_a_loop_that_one_view_shows_in_part_is_bridged(view):
+    r, axis = rig(), ring(0.0)
+    views = masks(r, axis)
+    columns = np.flatnonzero(views[view].any(axis=0))
+    views[view][100:140, columns[-20] :] = False
+    result = r.detect(views)
+    one = result.objects[0]
+    assert one.curve_3d.closed
+    assert one.inferred_3d
+    assert np.median(distances_m(one.curve_3d, axis)) < 0.003
 
 
 def test_beyond_the_field_of_a_lens_nothing_is_put_together():
@@ -101,13 +128,30 @@ def test_masks_of_any_integers():
     assert np.array_equal(a.curve_3d.control_points, b.curve_3d.control_points)
 
 
-def test_a_part_hidden_in_one_view_is_bridged_and_said():
+@pytest.mark.parametrize("hidden", [0, 1])
+def test_a_part_hidden_in_one_view_is_bridged_and_said(hidden):
     r = rig()
-    left, right = masks(r, BENT)
-    right[110:125] = False
-    (one, *_) = r.detect([left, right], objects=1).objects
+    views = masks(r, BENT, OTHER)
+    whole = r.detect(views)
+    views[hidden][100:140, (130, 90)[hidden] :] = False
+    result = r.detect(views)
+    assert [len(view) for view in result.views] == [3 - hidden, 2 + hidden]
+    one = next(one for one in result if len(one.pieces[hidden]) == 2)
+    assert one.members[hidden] in one.pieces[hidden]
     assert one.inferred_3d
+    assert one.curve_3d.length == pytest.approx(max(each.curve_3d.length for each in whole), rel=0.03)
     assert distances_m(one.curve_3d, BENT).max() < 0.02
+    assert all(each.curve_3d is not None for each in result)
+    assert one.reversed().pieces[hidden] == one.pieces[hidden][::-1]
+    (part,) = set(one.pieces[hidden]) - {one.members[hidden]}
+    assert f"object of detection {one.members[hidden]}" in result.views[hidden][part].no_3d_reason
+
+
+def test_two_cables_end_to_end_in_both_views_stay_two():
+    r = rig()
+    result = r.detect(masks(r, BENT[:500], BENT[1000:]))
+    assert [len(view) for view in result.views] == [2, 2]
+    assert [one.pieces for one in result] == [((0,), (0,)), ((1,), (1,))]
 
 
 def test_along_epipolar_lines_the_deviation_is_large():
@@ -116,6 +160,28 @@ def test_along_epipolar_lines_the_deviation_is_large():
     steep = axis_through([(0.0, -0.2, 0.7), (0.0, -0.1, 0.7), (0.0, 0.05, 0.7), (0.02, 0.15, 0.7)])
     stds = [r.detect(masks(r, axis)).objects[0] for axis in (level, steep)]
     assert stds[0].curve_3d_std(0.4) > 3.0 * stds[1].curve_3d_std(0.4)
+
+
+def test_depth_of_a_view_counts_by_its_deviation():
+    r = rig(0.06)
+    level = axis_through([(-0.2, 0.0, 0.7), (-0.1, 0.001, 0.68), (0.05, 0.0, 0.72), (0.15, 0.03, 0.7)])
+    views = masks(r, level)
+    apart = []
+    for depth in (None, [depths_m(r, level, 0), None], [None, depths_m(r, level, 1)]):
+        one = r.detect(views, depth=depth)[0]
+        apart.append(distances_m(one.curve_3d, level).mean())
+        assert one.curve_3d_std([0.1, 0.5]).max() > apart[-1] / 3.0
+    assert max(apart[1:]) < 0.001 < 0.01 < apart[0]
+
+
+def test_depth_gives_metres_to_what_one_view_shows_alone():
+    r = rig()
+    left, right = masks(r, BENT)
+    right[:] = False
+    (one,) = r.detect([left, right], depth=[depths_m(r, BENT, 0), np.zeros(right.shape, np.float32)])
+    assert one.members == (0, None)
+    assert distances_m(one.curve_3d, BENT).mean() < 0.001
+    assert one.curve_3d_std(0.5) < 0.005
 
 
 def test_stated_errors_of_the_rig_enter_the_deviation():
@@ -205,6 +271,8 @@ def test_inverted_poses_are_named(caplog):
         (lambda: rig().detect([np.zeros((240, 320), bool)] * 2, mask=[1]), "mask must be a list, one for each of 2"),
         (lambda: rig().project([1.0, 2.0]), "shape"),
         (lambda: rig().detect(None), "views must be a list"),
+        (lambda: RigObject((0, None), pieces=((1,), ())), "each view's member"),
+        (lambda: RigObject((0, None), pieces=(0, 1)), "list of indices"),
     ],
 )
 def test_what_is_refused(make, message):

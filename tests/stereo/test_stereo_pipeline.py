@@ -41,6 +41,17 @@ def test_what_one_view_loses_for_a_moment_keeps_its_id():
         assert (result.objects[shown[0].object].curve_3d is None) == (step == 3)
 
 
+def test_a_view_that_takes_it_for_another_one_does_not_change_its_id():
+    r = rig()
+    pipeline = StereoPipeline(r)
+    assert pipeline.process(masks(r, BENT)).tracks[0].id == 1
+    for own in pipeline._pipelines:
+        own.process(np.zeros((240, 320), bool))
+        own.reset()
+    result = pipeline.process(masks(r, moved(BENT, 1)))
+    assert [track.id for track in result.tracks if track.object is not None] == [1]
+
+
 def test_a_reset_forgets_but_uses_no_id_twice():
     r = rig()
     pipeline = StereoPipeline(r)

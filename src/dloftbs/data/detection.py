@@ -14,7 +14,7 @@ import numpy.typing as npt
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.centerline import Centerline, Joint, JointKind, NearJoint, Point, Segment
 from dloftbs.data.curve import BSplineCurve, check_curve, spans_by_length
-from dloftbs.data.deviation import WEIGHTS, WEIGHTS_3D, deviation, terms_in_image, terms_in_space
+from dloftbs.data.deviation import WEIGHTS, WEIGHTS_3D, deviation, deviation_at, terms_in_image, terms_in_space
 from dloftbs.data.object_shape import ObjectShape
 from dloftbs.data.u_mapping import known_in_space, to_image, to_space
 from dloftbs.errors import InputError
@@ -206,7 +206,8 @@ class Detection(ObjectShape):
     def curve_3d_std(self, u_3d: npt.ArrayLike) -> FloatArray:
         """Return the standard deviation of points of `curve_3d`, shape (...), metres: of their distance from the axis.
 
-        From that in the image, the noise of depth, and how far from measured depth a point was inferred.
+        From that in the image, the noise of depth, and how far from measured depth a point was inferred. In the views
+        of a rig it is that of the object in space: see `RigObject.curve_3d_std`.
 
         Raises
         ------
@@ -214,6 +215,9 @@ class Detection(ObjectShape):
             If a ``u`` is not on the curve, there is no curve in space, or it was read from a file, which has no camera.
         """
         curve, camera = known_in_space(self.curve_3d, self.camera, self.no_3d_reason)
+        of_rig = self.__dict__.get("_rig_std_m")
+        if of_rig is not None:
+            return deviation_at(of_rig, curve, u_3d)
         at = curve.u_at(curve.t_at(u_3d))
         flat = np.mod(at.ravel(), 1.0) if curve.closed else at.ravel()
         noise = self.__dict__.get("_depth_noise_per_m") or 0.0
@@ -234,6 +238,8 @@ class Detection(ObjectShape):
             self.camera,
             self.__dict__.get("_depth_noise_per_m"),
         )
+        if "_rig_std_m" in self.__dict__:
+            backwards.__dict__["_rig_std_m"] = self.__dict__["_rig_std_m"][::-1]
         for name in ("inferred_3d", "_fitted_inferred_3d"):
             if name in self.__dict__:
                 backwards.__dict__[name] = tuple(

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from dloftbs.data.centerline import Centerline, JointKind
 from dloftbs.data.curve import BSplineCurve
@@ -84,6 +85,13 @@ def terms_in_space(
     hidden = depth_inside(u_3d, inferred_3d) * curve_3d.length
     width_m = width_px * depth / focal_px
     return np.stack((std_px * depth / focal_px, noise_per_m * depth**2, width_m, hidden), axis=1)
+
+
+def deviation_at(std: FloatArray, curve: BSplineCurve, u: npt.ArrayLike) -> FloatArray:
+    """Return deviations (n,), given at even parameters of a curve's spline, at places on it, in the shape of these."""
+    t = curve.t_at(u)
+    found: FloatArray = np.interp(np.mod(t, 1.0) if curve.closed else t, np.linspace(0.0, 1.0, len(std)), std)
+    return found
 
 
 def deviation(terms: FloatArray, weights: FloatArray) -> FloatArray:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dloftbs.stereo.epipolar_matching import MOST_MEAN_COST, Match, match_views
-from dloftbs.stereo.rig_objects import RigGeometry
 from dloftbs.stereo.space_fit import Pose
 from dloftbs.stereo.view_curves import ViewCurve
+from dloftbs.stereo.view_groups import Group, RigGeometry
 
 _POOR = 0.7
 """Share of the best possible agreement of two views below which their rig is looked at.
@@ -22,9 +22,7 @@ Source: by hand.
 """
 
 
-def doubt_rig(
-    curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometry, matches: Sequence[dict[int, Match]]
-) -> str | None:
+def doubt_rig(curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometry, groups: Sequence[Group]) -> str | None:
     """Return how a rig is wrong if its first two views match far better then, with the remedy; None otherwise.
 
     Parameters
@@ -32,11 +30,10 @@ def doubt_rig(
     curves : sequence of sequence of ViewCurve
         Of each view.
     geometry : RigGeometry
-    matches : sequence of dict of int to Match
-        By view, for each object.
+    groups : sequence of Group
     """
     first, second = curves[0], curves[1]
-    own = _agreement([match[1] for match in matches if {0, 1} <= match.keys()])
+    own = _agreement([group.matches[1] for group in groups if {0, 1} <= group.matches.keys()])
     if not first or not second or own > _POOR * MOST_MEAN_COST * min(len(first), len(second)):
         return None
     pose, std = geometry.steps[0][1], geometry.epipolar_std(0)

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from dloftbs.stereo.kernels.epipolar_paths import path_costs
+from dloftbs.stereo.curve_parts import unrolled
+from dloftbs.stereo.kernels.epipolar_paths import OPEN_COST, path_costs
 from dloftbs.stereo.space_fit import Pose
 from dloftbs.stereo.view_curves import ViewCurve
 from dloftbs.support.arrays import FloatArray
@@ -25,7 +26,6 @@ MOST_MEAN_COST = 1.5
 
 Source: by hand; right pairs have less than 1 by definition, and a point that is left open 2.
 """
-
 
 EVIDENCE = 10.0
 """Number of independent points of a curve, by which a mean cost becomes evidence.
@@ -81,7 +81,7 @@ def match_views(
     for i, a in enumerate(first):
         for j, b in enumerate(second):
             if a.problem is None and b.problem is None:
-                costs[i, j] = path_costs(a.nodes, b.nodes, a.widths, b.widths, pose.rotation, pose.shift, std**2)
+                costs[i, j] = np.array(pair_costs(a, b, pose, std)) / (0.5 * (len(a.nodes) + len(b.nodes)))
     best = costs.min(axis=2)
     if extra is not None:
         best = best + extra
@@ -92,6 +92,33 @@ def match_views(
         for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
         if gains[i, j] < 0.0
     ]
+
+
+def pair_costs(a: ViewCurve, b: ViewCurve, pose: Pose, std: float) -> tuple[float, float]:
+    """Return the cost of all points of two curves that are one object, and of the second one run backwards.
+
+    Parameters
+    ----------
+    a, b : ViewCurve
+    pose, std
+        As for `match_views`.
+
+    Returns
+    -------
+    (float, float)
+        Squared standard deviations; each point that has no partner has half of `OPEN_COST`.
+    """
+    more = 0
+    # A loop may begin anywhere: its partner is somewhere on two turns of it, of which one is left over.
+    if b.closed:
+        more = len(b.nodes) - 1
+        b = unrolled(b, 0, more)
+    elif a.closed:
+        more = len(a.nodes) - 1
+        a = unrolled(a, 0, more)
+    forward, backward = path_costs(a.nodes, b.nodes, a.widths, b.widths, pose.rotation, pose.shift, std**2)
+    count, surplus = 0.5 * (len(a.nodes) + len(b.nodes)), 0.5 * OPEN_COST * more
+    return max(forward * count - surplus, 0.0), max(backward * count - surplus, 0.0)
 
 
 def _probability(gains: FloatArray, i: int, j: int) -> float:

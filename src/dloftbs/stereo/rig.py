@@ -28,9 +28,11 @@ from dloftbs.pipeline import Pipeline
 from dloftbs.segmentation import Segmenter
 from dloftbs.stereo.cable_colours import colour_costs
 from dloftbs.stereo.doubts import doubt_rig
-from dloftbs.stereo.rig_objects import RigGeometry, RigObjects, associate, curves_of_views
+from dloftbs.stereo.rig_objects import RigObjects, associate
 from dloftbs.stereo.rig_result import RigObject, RigResult
 from dloftbs.stereo.space_fit import Pose, RigErrors
+from dloftbs.stereo.view_curves import curves_of_views
+from dloftbs.stereo.view_groups import RigGeometry
 from dloftbs.support.array_likes import as_array
 from dloftbs.support.arrays import AnyArray, FloatArray, as_float_array, as_numbers, frozen
 from dloftbs.support.values import check_number, check_path, list_of, shown
@@ -202,7 +204,9 @@ class CameraRig:
             made = [inverse_of(pose) @ start for pose in poses]
             steps.append(tuple(Pose(np.ascontiguousarray(one[:3, :3]), one[:3, 3].copy()) for one in made))
         focals = tuple(math.sqrt(camera.fx * camera.fy) for camera in cameras)
-        return RigGeometry(cameras, tuple(steps), errors, focals)
+        rotations = np.stack([[pose.rotation for pose in own] for own in steps])
+        shifts = np.stack([[pose.shift for pose in own] for own in steps])
+        return RigGeometry(cameras, tuple(steps), errors, focals, rotations, shifts)
 
     def project(self, points_m: npt.ArrayLike) -> tuple[FloatArray, ...]:
         """Project points in the frame of the first camera to the images of all.
@@ -368,13 +372,15 @@ class CameraRig:
         for pair, costs in ({} if carried is None else carried).items():
             extra[pair] = extra[pair] + costs if pair in extra else costs
         found = associate(results, curves, geometry, extra)
-        doubt = doubt_rig(curves, geometry, found.matches)
+        doubt = doubt_rig(curves, geometry, found.groups)
         if doubt is not None:
             _log.warning("%s", doubt)
-            found = RigObjects(tuple(RigObject(one.members, None, doubt) for one in found.objects), found.matches)
+            found = RigObjects(
+                tuple(RigObject(one.members, None, doubt, pieces=one.pieces) for one in found.objects), found.groups
+            )
         views = tuple(_with_space(view, result, found, geometry) for view, result in enumerate(results))
         stage_ms = {"stereo": 1e3 * (perf_counter() - since)}
-        return RigResult(views, found.objects, (), stage_ms, results[0].index, results[0].stamp)
+        return RigResult._unchecked(views, found.objects, stage_ms, results[0].index, results[0].stamp)
 
 
 def _with_camera(frame: Frame, camera: PinholeCamera) -> Frame:
@@ -388,15 +394,22 @@ def _with_space(view: int, result: FrameResult, found: RigObjects, geometry: Rig
     """Return the result of a view whose detections have their curves in space, in its own camera's frame."""
     detections = list(result.detections)
     pose, camera = geometry.steps[0][view], geometry.cameras[view]
-    for one, matches in zip(found.objects, found.matches, strict=True):
-        match = matches.get(view)
+    for one, group in zip(found.objects, found.groups, strict=True):
+        match = group.matches.get(view)
         if match is None:
             continue
         own = detections[match.second]
+        for number in one.pieces[view]:
+            if number != match.second:
+                part = detections[number]
+                reason = f"it is a part of the object of detection {match.second}, which has its curve in space"
+                detections[number] = Detection._unchecked(part.centerline, part.curve, None, reason)
         if one.curve_3d is None:
             if own.curve_3d is None:
                 made = Detection._unchecked(own.centerline, own.curve, None, one.no_3d_reason)
                 detections[match.second] = made
+            continue
+        if len(group.matches) < 2:
             continue
         curve = one.curve_3d
         if view > 0:
@@ -407,7 +420,9 @@ def _with_space(view: int, result: FrameResult, found: RigObjects, geometry: Rig
             curve = curve.reversed()
             spans = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(spans)])
         made = Detection._unchecked(own.centerline, own.curve, curve, None, (), camera)
+        assert one.std_m is not None  # it goes with the curve
         made.__dict__["inferred_3d"] = spans
+        made.__dict__["_rig_std_m"] = one.std_m[::-1] if match.backwards else one.std_m
         detections[match.second] = made
     seen = copy.copy(result)
     object.__setattr__(seen, "detections", tuple(detections))

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve, check_curve
+from dloftbs.data.deviation import deviation_at
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import TrackState
 from dloftbs.errors import InputError
@@ -56,6 +56,9 @@ class RigObject:
         Probability that the members are one object, in 0..1; 1 where there is one member.
     std_m : numpy.ndarray, shape (n,), optional
         Standard deviation of `curve_3d` at even parameters of its spline: see `curve_3d_std`.
+    pieces : tuple of tuple of int, optional
+        For each view, the indices of all its detections that are parts of the object, in the object's direction: its
+        member, and where something hides a part in that view alone, what is beyond. Without them, the members.
 
     Raises
     ------
@@ -70,6 +73,7 @@ class RigObject:
     width_m: float | None = None
     confidence: float = 1.0
     std_m: FloatArray | None = None
+    pieces: tuple[tuple[int, ...], ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.members, (tuple, list)):
@@ -84,6 +88,7 @@ class RigObject:
             width_m=None if self.width_m is None else check_number("width_m", self.width_m, 0.0, LARGEST),
             confidence=check_number("confidence", self.confidence, 0.0, 1.0),
         )
+        set_fields(self, pieces=_checked_pieces(self.pieces, self.members))
         if (self.curve_3d is None) != (self.std_m is None):
             raise InputError("curve_3d and std_m go together: give both or neither")
         if self.curve_3d is not None and self.std_m is not None:
@@ -103,6 +108,7 @@ class RigObject:
         width_m: float | None,
         confidence: float,
         std_m: FloatArray | None,
+        pieces: tuple[tuple[int, ...], ...],
     ) -> RigObject:
         """Make what the constructor makes, faster."""
         made = cls.__new__(cls)
@@ -114,6 +120,7 @@ class RigObject:
             width_m=width_m,
             confidence=confidence,
             std_m=None if std_m is None else frozen(std_m),
+            pieces=pieces,
         )
         return made
 
@@ -134,8 +141,7 @@ class RigObject:
         """
         if self.curve_3d is None or self.std_m is None:
             raise InputError(f"there is no curve in space{f': {self.no_3d_reason}' if self.no_3d_reason else ''}")
-        t = self.curve_3d.t_at(u)
-        return np.interp(t, np.linspace(0.0, 1.0, len(self.std_m)), self.std_m)
+        return deviation_at(self.std_m, self.curve_3d, u)
 
     def reversed(self) -> RigObject:
         """Return the same object run the other way."""
@@ -143,7 +149,8 @@ class RigObject:
             return self
         spans = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d)])
         curve, std = self.curve_3d.reversed(), self.std_m[::-1].copy()
-        return RigObject._unchecked(self.members, curve, None, spans, self.width_m, self.confidence, std)
+        pieces = tuple([own[::-1] for own in self.pieces])
+        return RigObject._unchecked(self.members, curve, None, spans, self.width_m, self.confidence, std, pieces)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -155,6 +162,7 @@ class RigObject:
             "width_m": self.width_m,
             "confidence": self.confidence,
             "std_m": None if self.std_m is None else self.std_m.tolist(),
+            "pieces": [list(own) for own in self.pieces],
         }
 
     @classmethod
@@ -166,9 +174,29 @@ class RigObject:
         InputError
             If it is no dictionary, a key is missing or a value is wrong.
         """
-        keys = "members", "curve_3d", "no_3d_reason", "inferred_3d", "width_m", "confidence", "std_m"
+        keys = "members", "curve_3d", "no_3d_reason", "inferred_3d", "width_m", "confidence", "std_m", "pieces"
         members, curve, *rest = values_of("an object of a rig", data, *keys)
         return cls(tuple(list_of("members", members)), None if curve is None else BSplineCurve.from_dict(curve), *rest)
+
+
+def _checked_pieces(pieces: object, members: Members) -> tuple[tuple[int, ...], ...]:
+    """Return a view's detections that are parts of an object.
+
+    Raises
+    ------
+    InputError
+        If they are no lists of indices, one for each view, that its member is in.
+    """
+    if not isinstance(pieces, (tuple, list)) or not all(isinstance(own, (tuple, list)) for own in pieces):
+        raise InputError(f"pieces must be a list of indices for each view, got {shown(pieces)}")
+    if not pieces:
+        return tuple(() if one is None else (one,) for one in members)
+    checked = tuple(tuple(check_integer("a piece", one, 0, MAX_WHOLE) for one in own) for own in pieces)
+    if [None if not own else True for own in checked] != [None if one is None else True for one in members] or any(
+        one is not None and one not in own for one, own in zip(members, checked, strict=True)
+    ):
+        raise InputError(f"pieces must hold each view's member, {shown(members)}, got {shown(pieces)}")
+    return checked
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -300,6 +328,20 @@ class RigResult:
             index=check_integer("index", self.index, 0, MAX_WHOLE),
             stamp=check_stamp(self.stamp),
         )
+
+    @classmethod
+    def _unchecked(
+        cls,
+        views: tuple[FrameResult, ...],
+        objects: tuple[RigObject, ...],
+        stage_ms: Mapping[str, float],
+        index: int,
+        stamp: float | None,
+    ) -> RigResult:
+        """Make what the constructor makes of one moment by itself, faster."""
+        made = cls.__new__(cls)
+        made.__dict__.update(views=views, objects=objects, tracks=(), stage_ms=dict(stage_ms), index=index, stamp=stamp)
+        return made
 
     def __getitem__(self, index: int) -> RigObject:
         return self.objects[index]

@@ -24,7 +24,7 @@ Source: by hand; two for each bend that a cable of a metre has.
 """
 
 _SAME_VIEW = 1.0
-"""Gain of a view's track that is the same as before; a loss of as much where it is another.
+"""Gain of a view's track that is the same as before; a loss of as much where that one is elsewhere.
 
 Source: by definition; the unit of the others.
 """
@@ -87,9 +87,10 @@ class RigTracker:
         own = [(number, ids) for number, ids in enumerate(members) if any(one is not None for one in ids)]
         gains = np.zeros((len(own), len(self._known)))
         points = {number: _points(found.objects[number]) for number, _ in own}
+        current = {(view, one) for _, ids in own for view, one in enumerate(ids) if one is not None}
         for row, (number, ids) in enumerate(own):
             for column, known in enumerate(self._known):
-                gains[row, column] = _gain(ids, points[number], known)
+                gains[row, column] = _gain(ids, points[number], known, current)
         rows, columns = linear_sum_assignment(np.minimum(-gains, 0.0)) if gains.size else ((), ())
         chosen = {int(row): int(column) for row, column in zip(rows, columns, strict=True) if gains[row, column] > 0.0}
         objects = list(found.objects)
@@ -147,13 +148,20 @@ def _apart(a: FloatArray, b: FloatArray) -> tuple[float, bool]:
     return min(forward, backward), backward < forward
 
 
-def _gain(ids: Members, points: FloatArray | None, known: _Known) -> float:
-    """Return how much speaks for an object's being one that is known; negative where more speaks against it."""
+def _gain(ids: Members, points: FloatArray | None, known: _Known, current: set[tuple[int, int]]) -> float:
+    """Return how much speaks for an object's being one that is known; negative where more speaks against it.
+
+    Another track in a view speaks against it only as long as the view shows the former one, too (`current`).
+    """
     gain = 0.0
     for view, one_id in enumerate(ids):
         before = known.members.get(view)
-        if one_id is not None and before is not None:
-            gain += _SAME_VIEW if one_id == before else -_SAME_VIEW
+        if one_id is None or before is None:
+            continue
+        if one_id == before:
+            gain += _SAME_VIEW
+        elif (view, before) in current:
+            gain -= _SAME_VIEW
     if points is not None and known.points is not None and known.width_m > 0.0:
         apart, _ = _apart(points, known.points)
         gain += _SAME_PLACE * math.exp(-apart / (_FAR_WIDTHS * known.width_m / 3.0))

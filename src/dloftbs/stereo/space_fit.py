@@ -12,10 +12,14 @@ import numpy.typing as npt
 from scipy.interpolate import BSpline
 
 from dloftbs.data.curve import BSplineCurve
-from dloftbs.stereo.kernels.epipolar_paths import WIDTH_STD, triangulate_path
-from dloftbs.stereo.kernels.space_fit import BAND, ORDER, compare_widths, deviations, fit_views, start_curve
-from dloftbs.stereo.view_curves import ViewCurve
-from dloftbs.support.arrays import FloatArray, frozen
+from dloftbs.stereo.kernels.band_equations import BAND, ORDER
+from dloftbs.stereo.kernels.compare_widths import compare_widths
+from dloftbs.stereo.kernels.deviations import deviations
+from dloftbs.stereo.kernels.epipolar_paths import WIDTH_STD
+from dloftbs.stereo.kernels.observations import DEPTH, WEIGHT
+from dloftbs.stereo.kernels.space_fit import fit_views
+from dloftbs.stereo.kernels.start_curve import start_curve
+from dloftbs.support.arrays import AnyArray, FloatArray, frozen
 
 _BENDING = 10.0
 """Spectral density of the second derivative by arc length that a cable is expected to have, 1 / m.
@@ -54,7 +58,7 @@ Source: geometry; a mask's border is right to the root of a twelfth of a pixel.
 """
 
 _ITERATIONS = 3
-"""Number of Gauss's and Newton's steps.
+"""Largest number of Gauss's and Newton's steps.
 
 Source: measured; more steps move no curve by 0.01 of its deviation.
 """
@@ -63,6 +67,12 @@ STD_SAMPLES = 101
 """Number of places at which the standard deviation of a curve is stated.
 
 Source: by hand; a hundredth of the length.
+"""
+
+_LOOP_SAMPLES = 151
+"""Number of the same along one and a half turns of a loop.
+
+Source: by definition.
 """
 
 _LEAST_CONTROL, _MOST_CONTROL = 8, 80
@@ -87,14 +97,15 @@ class Sight(NamedTuple):
     Parameters
     ----------
     view : int
-    curve : ViewCurve
     t : numpy.ndarray, shape (m,)
-        Where each of the curve's observations lies on the object, in 0..1; outside of it where it is no part of that.
+        Where each observation lies on the object, in 0..1; outside of it where it is no part of that.
+    rows : numpy.ndarray, shape (m, 8)
+        The observations; see `dloftbs.stereo.kernels.observations`.
     """
 
     view: int
-    curve: ViewCurve
     t: FloatArray
+    rows: FloatArray
 
 
 class SpaceCurve(NamedTuple):
@@ -128,18 +139,6 @@ class RigErrors(NamedTuple):
     pixel_std: float
 
 
-def partners_on(
-    a: FloatArray, b: FloatArray, pose: Pose, path: _Ints, backwards: bool
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return what `triangulate_path` does, of a second curve that may be run backwards."""
-    if not backwards:
-        return triangulate_path(a, b, pose.rotation, pose.shift, path)
-    last = len(b) - 1
-    turned = np.stack((path[:, 0], last - path[:, 1]), axis=1)
-    depths, weights, partners = triangulate_path(a, np.ascontiguousarray(b[::-1]), pose.rotation, pose.shift, turned)
-    return depths, weights, last - partners
-
-
 def fit_in_space(
     nodes: FloatArray,
     inverse_depths: FloatArray,
@@ -151,15 +150,18 @@ def fit_in_space(
     control_count: int,
     errors: RigErrors,
     first: int,
+    *,
+    closed: bool,
 ) -> SpaceCurve | None:
     """Fit a curve in space to what views show of an object; None where that leads behind a camera.
 
     Parameters
     ----------
     nodes : numpy.ndarray, shape (n, 2)
-        Rays of the view that the curve is in the frame of, along the object, evenly spaced.
+        Rays of the view that the curve is in the frame of, along the object, evenly spaced; those of a loop go around
+        it one and a half times.
     inverse_depths, weights : numpy.ndarray, shape (n,)
-        Roughly, as `partners_on` returns them.
+        Roughly, as `correspond` returns them.
     sights : sequence of Sight
     rotations : numpy.ndarray, shape (k, 3, 3)
     shifts : numpy.ndarray, shape (k, 3)
@@ -171,22 +173,26 @@ def fit_in_space(
     errors : RigErrors
     first : int
         The view in whose frame the curve is.
+    closed : bool
+        Whether it is a loop.
     """
     n = min(max(control_count, _LEAST_CONTROL), _MOST_CONTROL)
+    turn = max(n // 6, 3) * 4 if closed else 0  # knot spans of a loop
+    if closed:
+        n = turn + turn // 2 + ORDER - 1
     knots, roughness = _basis(n)
+    t, rows, views = _observations_of(sights)
+    start_scale = (focals_px[first] / _START_STD_PX) ** 2
+    lifted = bool(rows[:, DEPTH].any())
+    if lifted:
+        inverse_depths, weights = _with_depth(inverse_depths, weights, t, rows, views == first, start_scale)
     control, length = start_curve(
-        nodes, inverse_depths, weights, (focals_px[first] / _START_STD_PX) ** 2, _BENDING, _LEAST_SHARE,
+        nodes, inverse_depths, weights, start_scale, _BENDING, _LEAST_SHARE,
         *_basis(_LEAST_CONTROL + len(nodes) // 2), knots, roughness,
     )  # fmt: skip
     if length == 0.0:
         return None
     scale = 1.0 / (_BENDING * length**3)
-    inside = [(sight.t >= 0.0) & (sight.t <= 1.0) for sight in sights]
-    t = np.concatenate([sight.t[own] for sight, own in zip(sights, inside, strict=True)])
-    rows = np.concatenate([sight.curve.rows[own] for sight, own in zip(sights, inside, strict=True)])
-    views = np.concatenate(
-        [np.full(np.count_nonzero(own), sight.view) for sight, own in zip(sights, inside, strict=True)]
-    )
     residuals, depths, factor = np.empty(len(t)), np.empty(len(t)), np.empty((3 * n, BAND))
     most, shown, focals = _MOST_PX / focals_px[first], np.empty(n - ORDER + 1, bool), np.array(focals_px)
     for repeated in (False, True):
@@ -200,20 +206,56 @@ def fit_in_space(
         )
         if repeated or unlike == 0:
             break
-    pixel_std = errors.pixel_std / focals
     std = deviations(
-        control, knots, t, rows, views, rotations, shifts,
-        pixel_std, math.radians(errors.rotation_std_deg), factor, STD_SAMPLES,
+        control, knots, t, rows, views, residuals, rotations, shifts,
+        errors.pixel_std / focals, math.radians(errors.rotation_std_deg), factor,
+        _LOOP_SAMPLES if closed else STD_SAMPLES,
     )  # fmt: skip
-    residual_px = math.sqrt(float(residuals @ residuals) / len(residuals)) * focals_px[first]
-    curve = BSplineCurve._unchecked(knots, control, ORDER - 1, False)
-    return SpaceCurve(curve, std, shown[_places(n - ORDER + 1)], residual_px, width_m)
+    shown = shown[_places(n - ORDER + 1, len(std))]
+    across = residuals[rows[:, DEPTH] == 0.0] if lifted else residuals
+    residual_px = math.sqrt(float(across @ across) / max(len(across), 1)) * focals_px[first]
+    if not closed:
+        return SpaceCurve(BSplineCurve._unchecked(knots, control, ORDER - 1, False), std, shown, residual_px, width_m)
+    own = slice((len(std) - STD_SAMPLES) // 2, (len(std) + STD_SAMPLES) // 2)
+    return SpaceCurve(_loop(control, turn), std[own], shown[own], residual_px, width_m)
+
+
+def _observations_of(sights: Sequence[Sight]) -> tuple[FloatArray, FloatArray, _Ints]:
+    """Return the places, the rows and the views of what is part of the object."""
+    t = np.concatenate([sight.t for sight in sights])
+    rows = np.concatenate([sight.rows for sight in sights])
+    views = np.repeat([sight.view for sight in sights], [len(sight.t) for sight in sights])
+    inside = (t >= 0.0) & (t <= 1.0)
+    return t[inside], rows[inside], views[inside]
+
+
+def _with_depth(
+    inverse_depths: FloatArray, weights: FloatArray, t: FloatArray, rows: FloatArray, own: AnyArray, scale: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return rough inverse depths, and their weights, with those that depth images of the same view measured."""
+    measured = own & (rows[:, DEPTH] > 0.0)
+    depths = rows[measured, DEPTH]
+    at = np.rint(t[measured] * (len(weights) - 1)).astype(np.intp)
+    more, sums = np.zeros(len(weights)), np.zeros(len(weights))
+    np.add.at(more, at, rows[measured, WEIGHT] * depths**4 / scale)
+    np.add.at(sums, at, rows[measured, WEIGHT] * depths**3 / scale)
+    total = weights + more
+    return np.divide(weights * inverse_depths + sums, total, out=np.zeros(len(total)), where=total > 0.0), total
+
+
+def _loop(control: FloatArray, turn: int) -> BSplineCurve:
+    """Return the loop that the middle of a spline is, which goes around it one and a half times."""
+    first = turn // 4
+    own = control[first : first + turn].copy()
+    own[: ORDER - 1] = 0.5 * (own[: ORDER - 1] + control[first + turn : first + turn + ORDER - 1])
+    knots = np.arange(-ORDER + 1, turn + ORDER) / turn
+    return BSplineCurve._unchecked(knots, np.concatenate((own, own[: ORDER - 1])), ORDER - 1, True)
 
 
 @lru_cache(maxsize=256)
-def _places(spans: int) -> _Ints:
-    """Return the knot span of each place at which the standard deviation is stated."""
-    return np.minimum((np.linspace(0.0, 1.0, STD_SAMPLES) * spans).astype(np.int64), spans - 1)
+def _places(spans: int, count: int) -> _Ints:
+    """Return the knot span of each of so many even places."""
+    return np.minimum((np.linspace(0.0, 1.0, count) * spans).astype(np.int64), spans - 1)
 
 
 @lru_cache(maxsize=256)

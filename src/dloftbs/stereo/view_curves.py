@@ -7,17 +7,20 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.detection import Detection
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.kernels.cubic_samples import sample_cubic
-from dloftbs.stereo.kernels.line_blocks import block_means, block_noise
+from dloftbs.stereo.kernels.line_blocks import block_means, block_noise, observe
+from dloftbs.stereo.kernels.observations import COLUMNS, DEPTH, RADIUS, WEIGHT
 from dloftbs.support.arrays import AnyArray, FloatArray
 
-_BLOCK_POINTS = 6
+_BLOCK_POINTS = 9
 """Number of points of a centre line that one observation is the mean of.
 
-Source: by hand; half of a cable of 12 px, within which its course is straight.
+Source: by hand; three quarters of a cable of 12 px, within which its course is straight.
 """
 
 _GAP_PX = 2.5
@@ -38,115 +41,154 @@ _FEWEST_NODES = 6
 Source: by hand; its ends, and a bend between them.
 """
 
-WEIGHT, RADIUS, CLEAR = 4, 5, 6
-"""Index of each column of `ViewCurve.rows` behind the ray and the normal.
 
-Source: by definition.
-"""
-
-
-_CLOSED = "it is a closed loop, for which two views are not put together"
 _BEYOND = "parts of it lie beyond the field of the lens model"
 
 
 class ViewCurve(NamedTuple):
-    """A detection in one view, without its lens.
+    """A detection in one view, or several that are one object there, without the lens.
 
     Parameters
     ----------
     nodes : numpy.ndarray, shape (n, 2)
-        Rays of points along it, evenly spaced in its spline's own parameter.
+        Rays of points along it, evenly spaced in its spline's own parameter; of a loop, the last is the first.
     widths : numpy.ndarray, shape (n,)
         Half the width of the mask there, of rays.
+    shown : numpy.ndarray, shape (n,), bool
+        Whether a node is a point of a detection; else it lies between two.
     places : numpy.ndarray, shape (m,)
-        Shares of the length at which there are observations, ascending.
-    rows : numpy.ndarray, shape (m, 7)
-        For each observation the ray x and y, the unit normal of the curve there, one over the variance across it, half
-        the width of the mask, all of rays, and 1. The last one is 0 where the mask merges with that of another pass: an
-        observation may be as far off as the cable is wide there.
+        Where there are observations, in nodes.
+    rows : numpy.ndarray, shape (m, 8)
+        The observations; see `dloftbs.stereo.kernels.observations`. One is not clear where the mask merges with that of
+        another pass: it may be as far off as the cable is wide there.
+    closed : bool
+        Whether it is a loop; then the number of steps from node to node can be divided by 4.
     problem : str, optional
         Reason why it cannot be matched.
     """
 
     nodes: FloatArray
     widths: FloatArray
+    shown: npt.NDArray[np.bool_]
     places: FloatArray
     rows: FloatArray
+    closed: bool
     problem: str | None
 
+    def reversed(self) -> ViewCurve:
+        """Return the same curve run the other way."""
+        last = len(self.nodes) - 1
+        nodes, widths = np.ascontiguousarray(self.nodes[::-1]), self.widths[::-1].copy()
+        return self._replace(nodes=nodes, widths=widths, shown=self.shown[::-1], places=last - self.places)
 
-def view_curves(
-    detections: Sequence[Detection], mask: AnyArray, camera: PinholeCamera, spacing_px: float
-) -> list[ViewCurve]:
-    """Return the curves of a view.
+
+def curves_of_views(
+    results: Sequence[FrameResult], masks: Sequence[AnyArray], cameras: Sequence[PinholeCamera]
+) -> list[list[ViewCurve]]:
+    """Return the curves of each view, all with the same distance between their nodes as rays.
 
     Parameters
     ----------
-    detections : sequence of Detection
-    mask : numpy.ndarray, shape (H, W)
-        That they were found in.
-    camera : PinholeCamera
-    spacing_px : float
-        From node to node.
+    results : sequence of FrameResult
+    masks : sequence of numpy.ndarray, each of shape (H, W)
+        That the detections were found in.
+    cameras : sequence of PinholeCamera
     """
-    if not detections:
-        return []
-    nodes, lines = [], []
-    for detection in detections:
-        curve, line = detection.curve, detection.centerline
-        count = max(round(rough_length(detection) / spacing_px) + 1, _FEWEST_NODES)
-        nodes.append(sample_cubic(curve.knots, curve.control_points, 0.0, 1.0, count)[0])
-        lines.append(block_means(line.points, line.u, line.radius, _BLOCK_POINTS, _GAP_PX))
-    blocks = np.concatenate(lines)
-    starts = np.cumsum([0, *map(len, lines)])
-    noise = np.empty(len(blocks))
-    bits = mask if mask.dtype == np.uint8 else (mask if mask.dtype == np.bool_ else mask != 0).view(np.uint8)
-    block_noise(blocks, starts, bits, noise)
-    rows = _rows(blocks, noise, camera)
-    rays = _rays(np.concatenate(nodes), camera)
+    lengths = []
+    for result, camera in zip(results, cameras, strict=True):
+        focal_px = math.sqrt(camera.fx * camera.fy)
+        lengths.append([_rough_length(detection) / focal_px for detection in result.detections])
+    longest = max((length for own in lengths for length in own), default=0.0)
     curves = []
-    first = 0
-    for number, (own_nodes, line_blocks) in enumerate(zip(nodes, lines, strict=True)):
-        own = rays[first : first + len(own_nodes)]
-        first += len(own_nodes)
-        places, own_rows = line_blocks[:, 2].copy(), rows[starts[number] : starts[number + 1]]
-        problem = _CLOSED if detections[number].curve.closed else None
-        if camera.distortion:
-            known = np.isfinite(own_rows[:, :4]).all(axis=1)
-            places, own_rows = places[known], own_rows[known]
-            problem = problem if np.isfinite(own).all() else _BEYOND
-        if len(places):
-            widths = np.interp(np.arange(len(own)) / (len(own) - 1), places, own_rows[:, RADIUS])
-        else:
-            widths = np.full(len(own), 0.5 * detections[number].width_px / math.sqrt(camera.fx * camera.fy))
-        curves.append(ViewCurve(own, widths, places, own_rows, problem))
+    for result, mask, camera, own in zip(results, masks, cameras, lengths, strict=True):
+        # A pixel is the least distance from node to node.
+        spacing = max(longest / NODES, 1.0 / math.sqrt(camera.fx * camera.fy))
+        curves.append(_curves_of(result.detections, mask, camera, [length / spacing for length in own]))
     return curves
 
 
-def rough_length(detection: Detection) -> float:
+def _curves_of(
+    detections: Sequence[Detection], mask: AnyArray, camera: PinholeCamera, lengths: Sequence[float]
+) -> list[ViewCurve]:
+    """Return the curves of a view, whose lengths are given in steps from node to node."""
+    if not detections:
+        return []
+    nodes, lines = [], []
+    for detection, length in zip(detections, lengths, strict=True):
+        curve, line = detection.curve, detection.centerline
+        count = max(round(length), _FEWEST_NODES - 1)
+        if curve.closed:
+            count += -count % 4
+        nodes.append(sample_cubic(curve.knots, curve.control_points, 0.0, 1.0, count + 1)[0])
+        lines.append(block_means(line.points, line.u, line.radius, _BLOCK_POINTS, _GAP_PX))
+    blocks = np.concatenate(lines)
+    starts, firsts = np.cumsum([0, *map(len, lines)]), np.cumsum([0, *map(len, nodes)]).tolist()
+    noise = np.empty(len(blocks))
+    bits = mask if mask.dtype == np.uint8 else (mask if mask.dtype == np.bool_ else mask != 0).view(np.uint8)
+    block_noise(blocks, starts, bits, noise)
+    if camera.distortion:
+        _undo_lens(blocks, camera)
+    rows = observe(blocks, noise, camera.fx, camera.fy, camera.cx, camera.cy)
+    rays = _rays(np.concatenate(nodes), camera)
+    curves = []
+    for number, detection in enumerate(detections):
+        own = slice(starts[number], starts[number + 1])
+        rays_of_it = rays[firsts[number] : firsts[number + 1]]
+        curves.append(_curve_of(detection, rays_of_it, blocks[own, 2], rows[own], camera))
+    return curves
+
+
+def _curve_of(
+    detection: Detection, nodes: FloatArray, u: FloatArray, rows: FloatArray, camera: PinholeCamera
+) -> ViewCurve:
+    """Return the curve of a detection."""
+    last, problem = len(nodes) - 1, None
+    if camera.distortion:
+        known = np.isfinite(rows[:, :4]).all(axis=1)
+        u, rows = u[known], rows[known]
+        problem = None if np.isfinite(nodes).all() else _BEYOND
+    if len(u):
+        widths = np.interp(np.arange(last + 1), u * last, rows[:, RADIUS])
+    else:
+        widths = np.full(last + 1, 0.5 * detection.width_px / math.sqrt(camera.fx * camera.fy))
+    if detection.curve_3d is not None:
+        at, measured = _depth_rows(detection)
+        u, rows = np.concatenate((u, at)), np.concatenate((rows, measured))
+    shown = np.ones(last + 1, bool)
+    return ViewCurve(nodes, widths, shown, u * last, rows, detection.curve.closed, problem)
+
+
+def _depth_rows(detection: Detection) -> tuple[FloatArray, FloatArray]:
+    """Return where a curve was lifted by depth, in shares of its length, and what was measured there, as observations.
+
+    There are as many as the curve has control points: between them, depth is no evidence of its own.
+    """
+    curve = detection.curve_3d
+    assert curve is not None
+    count = len(detection.curve.control_points)
+    u = (np.arange(count) + 0.5) / count
+    for low, high in detection.inferred_3d:
+        u = u[(u < low) | (u > high)]
+    points = curve(u)
+    rows = np.zeros((len(u), COLUMNS))
+    rows[:, :2] = points[:, :2] / points[:, 2:]
+    rows[:, DEPTH] = points[:, 2]
+    rows[:, WEIGHT] = 1.0 / detection.curve_3d_std(u) ** 2
+    return detection.u_2d(u), rows
+
+
+def _rough_length(detection: Detection) -> float:
     """Return the length of the polygon of a curve's control points, px, which is hardly longer than the curve."""
     steps = np.diff(detection.curve.control_points, axis=0)
     return float(np.sqrt((steps * steps).sum(axis=1)).sum())
 
 
-def _rows(blocks: FloatArray, noise: FloatArray, camera: PinholeCamera) -> FloatArray:
-    """Return the observations that blocks are."""
-    focal_px = math.sqrt(camera.fx * camera.fy)
-    rows = np.empty((len(blocks), 7))
-    chords = blocks[:, 4:6]
-    if camera.distortion:
-        means = blocks[:, :2]
-        rows[:, :2] = _rays(means, camera)
-        chords = _rays(means + 0.5 * chords, camera) - _rays(means - 0.5 * chords, camera)
-    else:
-        rows[:, 0], rows[:, 1] = (blocks[:, 0] - camera.cx) / camera.fx, (blocks[:, 1] - camera.cy) / camera.fy
-        chords = chords / (camera.fx, camera.fy)
-    size = np.hypot(chords[:, 0], chords[:, 1])
-    rows[:, 2], rows[:, 3] = -chords[:, 1] / size, chords[:, 0] / size
-    rows[:, RADIUS] = blocks[:, 6] / focal_px
-    rows[:, CLEAR] = clear = noise > 0.0
-    rows[:, WEIGHT] = np.where(clear, blocks[:, 3] * focal_px**2 / noise, 0.25 / rows[:, RADIUS] ** 2)
-    return rows
+def _undo_lens(blocks: FloatArray, camera: PinholeCamera) -> None:
+    """Move blocks, with their chords, to where they were without the lens."""
+    focal, center = (camera.fx, camera.fy), (camera.cx, camera.cy)
+    means, half = blocks[:, :2].copy(), 0.5 * blocks[:, 4:6]
+    blocks[:, 4:6] = (_rays(means + half, camera) - _rays(means - half, camera)) * focal
+    blocks[:, :2] = _rays(means, camera) * focal + center
 
 
 def _rays(points_px: FloatArray, camera: PinholeCamera) -> FloatArray:

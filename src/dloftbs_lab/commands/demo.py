@@ -27,6 +27,7 @@ _SPACE_SHARE = 3  # so many times fewer frames in space
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of the video; 1280x720.")
 @click.option("--quick", is_flag=True, help=f"A small one: {_QUICK[0]} frames of 640x360.")
 @click.option("--branched", is_flag=True, help="Of a wiring harness, which branches, by its masks.")
+@click.option("--stereo", is_flag=True, help="A cable before two cameras instead: two videos, a rig, curves in metres.")
 @click.pass_context
 def demo(
     context: click.Context,
@@ -36,6 +37,7 @@ def demo(
     size: tuple[int, int] | None,
     quick: bool,
     branched: bool,
+    stereo: bool,
 ) -> None:
     """Generate a video of two cables, track each by its colour, and report the accuracy.
 
@@ -45,7 +47,8 @@ def demo(
     the commands to run next. Each colour is known to be one cable (linking.objects).
 
     With --branched the folder gets a wiring harness instead, tracked by its masks: the video, its branches and
-    branch points, the video with these drawn on it, and a README with the figures.
+    branch points, the video with these drawn on it, and a README with the figures. With --stereo it is a cable
+    before two cameras: two videos, the rig, and curves in metres.
     """
     from dloftbs.cli.outputs import config_beside, write_config
     from dloftbs.config import Config, SegmentationConfig
@@ -64,11 +67,10 @@ def demo(
     from dloftbs_lab.commands.demo_space import follow_in_space
 
     default_frames, default_size = _QUICK if quick else _FULL
-    if branched:
-        context.with_resource(claim_folder(out))
-        mark_as_demo(out)
-        click.echo("drawing and tracking a harness", err=True)
-        click.echo(_branched(frames or default_frames, size or default_size, seed, out))
+    if branched and stereo:
+        raise click.UsageError("--branched and --stereo are two demos: name one of them")
+    if branched or stereo:
+        click.echo(_other_demo(context, out, (frames or default_frames, size or default_size, seed), stereo=stereo))
         return
     sequence = _sequence(frames or default_frames, size or default_size, seed)
     configs = [
@@ -93,14 +95,23 @@ def demo(
     click.echo(f"open {out / INDEX} in a browser", err=True)
 
 
-def _branched(frames: int, size: tuple[int, int], seed: int, out: Path) -> str:
+def _other_demo(context: click.Context, out: Path, scene: tuple[int, tuple[int, int], int], *, stereo: bool) -> str:
+    """Run the demo with two cameras, or of a harness, on frames of a size by a seed, and return its figures."""
     from dloftbs.errors import InputError
-    from dloftbs_lab.commands.demo_branched import follow_harness
+    from dloftbs.support.safe_files import claim_folder
+    from dloftbs_lab.commands import demo_branched, demo_stereo
+    from dloftbs_lab.commands.demo_files import describe_files, mark_as_demo
 
+    demo = demo_stereo if stereo else demo_branched
+    context.with_resource(claim_folder(out))
+    mark_as_demo(out, demo.WHAT)
+    click.echo(f"drawing {demo.DRAWN} into {out}, and tracking it", err=True)
     try:
-        return follow_harness(frames, size, seed, out)
+        figures = demo.follow(*scene, out)
     except InputError as error:
         raise Failure(f"no demo of this size and length: {error}") from error
+    describe_files(demo.WHAT, figures, out)
+    return figures
 
 
 def _sequence(frames: int, size: tuple[int, int], seed: int) -> DemoSequence:

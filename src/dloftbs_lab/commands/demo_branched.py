@@ -8,15 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import sinks, viz
-from dloftbs._version import __version__
 from dloftbs.cli.outputs import open_outputs
 from dloftbs.config import Config
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.harness import Harness
 from dloftbs.pipeline import Pipeline
-from dloftbs.support.safe_files import write_whole
-from dloftbs_lab.commands.demo_names import CURVES, INPUT, OVERLAY, README
+from dloftbs_lab.commands.demo_names import CURVES, INPUT, OVERLAY
 from dloftbs_lab.evaluation import match_curves
 from dloftbs_lab.evaluation.runner.frame_scores import CLEAN_L3
 from dloftbs_lab.evaluation.runner.harness_scores import NODE, HarnessScore, score_harness
@@ -26,13 +24,13 @@ WHAT = {
     INPUT: "the masks that were drawn, as a video",
     OVERLAY: "the video with the branches, and a white ring at each branch point",
     CURVES: "all branches, and the harnesses with their branch points and routes, one line of JSON a frame",
-    README: "this text",
 }
+DRAWN = "a harness"
 _BRANCHES = 3
 
 
-def follow_harness(frames: int, size: tuple[int, int], seed: int, folder: Path) -> str:
-    """Draw a harness, track it, write all files into the folder, and return the figures as text.
+def follow(frames: int, size: tuple[int, int], seed: int, folder: Path) -> str:
+    """Draw a harness, track it, write its files into the folder, and return the figures as text.
 
     Raises
     ------
@@ -67,12 +65,7 @@ def follow_harness(frames: int, size: tuple[int, int], seed: int, folder: Path) 
         ("ids in all", f"{len(harness_ids)} of harnesses, {len(point_ids)} of branch points"),
         ("routes", _routes(result.harnesses)),
     ]
-    text = "\n".join(f"{name:24}{value}" for name, value in rows)
-    files = "\n".join(f"{name:20}{what}" for name, what in WHAT.items())
-    write_whole(
-        folder / README, f"The demo of dloftbs {__version__}: objects that branch\n\n{files}\n\n{text}\n".encode()
-    )
-    return text
+    return "\n".join(f"{name:24}{value}" for name, value in rows)
 
 
 def _score(result: FrameResult, sequence: HarnessSequence, index: int) -> HarnessScore:

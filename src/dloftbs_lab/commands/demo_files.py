@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,7 +46,7 @@ _WHAT = {
 _TITLE = "The demo of dloftbs"
 
 
-def mark_as_demo(folder: Path) -> None:
+def mark_as_demo(folder: Path, files: Mapping[str, str] = _WHAT) -> None:
     """Make a folder the demo's: its README says so from the beginning, that a later demo may replace all files.
 
     Raises
@@ -56,7 +57,7 @@ def mark_as_demo(folder: Path) -> None:
     readme = folder / README
     with sink_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        there = [name for name in _WHAT if os.path.lexists(folder / name)]
+        there = [name for name in files if os.path.lexists(folder / name)]
         if there and not (readme.is_file() and readme.read_text("utf-8", "replace").startswith(_TITLE)):
             raise SinkError(
                 f"{folder} is not the folder of a demo, and holds {', '.join(there)}, which would be replaced: "
@@ -155,6 +156,12 @@ def figures_of(run: DemoRun, space: SpaceRun, sequence: DemoSequence) -> list[tu
 def table(rows: list[tuple[str, str]]) -> str:
     """Return the figures as text."""
     return "\n".join(f"{name:24}{value}" for name, value in rows)
+
+
+def describe_files(files: Mapping[str, str], figures: str, folder: Path) -> None:
+    """Write what the folder holds, and the figures."""
+    rows = "\n".join(f"{name:20}{what}" for name, what in {**files, README: "this text"}.items())
+    write_whole(folder / README, f"{_TITLE} {__version__}\n\n{rows}\n\n{figures}\n".encode())
 
 
 def describe(rows: list[tuple[str, str]], space: SpaceRun, folder: Path) -> None:

@@ -30,7 +30,8 @@ _NO_TRACKING = "no tracking tables: so few frames say nothing of tracking, run w
     default=_METHODS,
     show_default=True,
     metavar="METHOD",
-    help="default, paper, cpd (a baseline), FILE.yaml (a configuration), MODULE:CALLABLE. Repeatable, or with commas.",
+    help="default, paper, stereo, cpd (a baseline), FILE.yaml (a configuration), MODULE:CALLABLE. Repeatable, or with "
+    "commas.",
 )
 @method_options
 @click.option(
@@ -79,9 +80,9 @@ def evaluate(
     of a single scenario of rgbd and rgbd-artificial are over 8. --quick and --scale take fewer.
 
     SUITE is a generated one: rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
-    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, noise or harness. simulated needs MuJoCo,
-    and real-motion its recordings, or real-motion:FOLDER. A folder of labelled data is a suite, too, as below. Without
-    any, all the generated ones are scored.
+    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, two-cameras, noise or harness. simulated
+    needs MuJoCo, and real-motion its recordings, or real-motion:FOLDER. A folder of labelled data is a suite, too, as
+    below. Without any, all the generated ones are scored.
 
     With --paper these are rgb, several-cables, rgbd and rgbd-artificial, unless some of them are named, and folders
     of photographs of several cables join Table II.
@@ -92,7 +93,8 @@ def evaluate(
     such. A class makes an instance for each sequence, which is called so; if it has a method start(frame, truth), this
     gets the first frame before. Modules are found in the current folder, and where Python finds others. cpd is
     coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial. It knows the
-    first frame's curve and the cable's length.
+    first frame's curve and the cable's length. stereo is `StereoPipeline`, for two-cameras; other methods see the
+    first view alone.
     --config and --set change the package's own methods; MODULE:CALLABLE gets the mask by --hsv where a frame has none.
 
     The folder of --out gets the tables (report.md, pages/*.md, tables/*.csv, report.json), the figures in short

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import msgspec
 
@@ -24,9 +24,16 @@ from dloftbs.errors import ConfigError, InputError
 from dloftbs_lab.commands.method_options import MethodSettings
 from dloftbs_lab.evaluation.baselines import LENGTHS, CoherentPointDrift
 from dloftbs_lab.evaluation.runner.sequence_run import Method
+from dloftbs_lab.evaluation.suites import TWO_CAMERAS
+from dloftbs_lab.synthetic import TwoViewFrame
+
+if TYPE_CHECKING:
+    from dloftbs.stereo import StereoPipeline
 
 BUILT_IN = ("default", "paper")
 BASELINES = ("cpd",)
+STEREO = "stereo"
+"""`dloftbs.StereoPipeline`, for the suite of two cameras."""
 BASELINE_SUITES = ("rgb", "rgbd", "rgbd-artificial")
 """Suites of one cable whose length does not change."""
 CONFIG_SUFFIXES = (".yaml", ".yml")
@@ -55,9 +62,10 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
     Parameters
     ----------
     name : str
-        "default"; "paper", in sequences of one cable the authors' form for one; the baseline "cpd"; a YAML file with a
-        configuration; or ``module:callable``: a function from a `Frame` to curves, or a class, of which an instance is
-        made for each sequence and called in this way, after its ``start(frame, truth)`` if it has one.
+        "default"; "paper", in sequences of one cable the authors' form for one; the baseline "cpd"; "stereo", for the
+        suite two-cameras; a YAML file with a configuration; or ``module:callable``: a function from a `Frame` to
+        curves, or a class, of which an instance is made for each sequence and called in this way, after its
+        ``start(frame, truth)`` if it has one.
     settings : MethodSettings, optional
         Apply to all but the last.
 
@@ -85,10 +93,12 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
     if name in BASELINES:
         first, *others = (functools.partial(_point_drift, length) for length in LENGTHS)
         return Method(name, first, alternatives=tuple(others), suites=BASELINE_SUITES)
+    if name == STEREO:
+        return Method(name, _TwoCameras, suites=(TWO_CAMERAS,))
     module_name, colon, _ = name.partition(":")
     if not colon:
         raise InputError(
-            f"there is no method {name!r}; methods are {', '.join((*BUILT_IN, *BASELINES))}, a configuration "
+            f"there is no method {name!r}; methods are {', '.join((*BUILT_IN, *BASELINES, STEREO))}, a configuration "
             "(FILE.yaml) and module:callable"
         )
     found = _imported(name)
@@ -158,6 +168,25 @@ def _pipeline(config: Config) -> Callable[[Frame], FrameResult]:
 
     process = Pipeline(config).process
     return functools.partial(_by_colour, process) if config.segmentation.is_given else process
+
+
+class _TwoCameras:
+    """`dloftbs.StereoPipeline` with the rig of the first frame."""
+
+    def __init__(self) -> None:
+        self._pipeline: StereoPipeline | None = None
+
+    def __call__(self, frame: Frame) -> FrameResult:
+        from dloftbs.stereo import CameraRig, StereoPipeline
+
+        assert isinstance(frame, TwoViewFrame)
+        assert frame.camera is not None
+        assert frame.second is not None
+        assert frame.second.camera is not None
+        if self._pipeline is None:
+            stds = {"rotation_std_deg": frame.rotation_std_deg, "pixel_std": frame.pixel_std}
+            self._pipeline = StereoPipeline(CameraRig([frame.camera, frame.second.camera], frame.poses, **stds))
+        return self._pipeline.process([frame, frame.second]).as_frame_result()
 
 
 def _by_colour(process: Callable[[Frame], FrameResult], frame: Frame) -> FrameResult:

@@ -26,6 +26,7 @@ _RUNG_SCALE = 0.2
 """Of the frames of a rung: two for each seed."""
 
 REAL_MOTION = "real-motion"
+TWO_CAMERAS = "two-cameras"
 """The suite that is made from recordings, which no one but their authors may hand on."""
 _RECORDINGS = Path("..", "shared", "data", "motion")
 """Folder of the recordings where none is named: beside the checkout, as photographs are for ``make results``."""
@@ -173,6 +174,10 @@ _GENERATED: dict[str, _Recipe] = {
         scenes=20,
         frames=6,
         in_common=True,
+    ),
+    TWO_CAMERAS: _Recipe(
+        "cables that sway before two cameras, masks alone: rigs known exactly, wrong by 0.1 degree, 5 ms out of step",
+        synthetic.two_cameras,
     ),
     REAL_MOTION: _of_recordings(_RECORDINGS),
     "noise": _Recipe(

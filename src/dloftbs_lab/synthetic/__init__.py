@@ -37,6 +37,7 @@ from dloftbs_lab.synthetic.tracking_sequences import (
     tracking,
 )
 from dloftbs_lab.synthetic.tube import draw_tube_mask
+from dloftbs_lab.synthetic.two_cameras import TWO_CAMERA_VARIANTS, TwoCameraSequence, TwoViewFrame, two_cameras
 
 __all__ = [
     "DEPTH_CAMERAS",
@@ -56,6 +57,7 @@ __all__ = [
     "SIMULATED_KINDS",
     "SIMULATION_REMEDY",
     "TRACKING_FAMILIES",
+    "TWO_CAMERA_VARIANTS",
     "TYPICAL_NOISE",
     "Degradation",
     "DegradedSequence",
@@ -80,6 +82,8 @@ __all__ = [
     "StrewnSequence",
     "TangleSequence",
     "TrackingSequence",
+    "TwoCameraSequence",
+    "TwoViewFrame",
     "depth_sigma",
     "draw_cable_mask",
     "draw_tube_mask",
@@ -102,4 +106,5 @@ __all__ = [
     "simulated",
     "simulation_available",
     "tracking",
+    "two_cameras",
 ]

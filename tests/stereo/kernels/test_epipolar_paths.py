@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 from stereo_views import BENT, OTHER, beside
 
-from dloftbs.stereo.kernels.epipolar_paths import (
-    MOST_COST,
-    OPEN_COST,
-    find_path,
-    path_costs,
-    triangulate_path,
-)
+from dloftbs.stereo.kernels.epipolar_paths import MOST_COST, OPEN_COST, correspond, path_costs
 
 ROTATION, SHIFT = np.eye(3), np.array([-0.1, 0.0, 0.0])
 VARIANCE = (1.5 / 300.0) ** 2
@@ -78,19 +72,19 @@ def test_the_same_curve_costs_nothing_and_another_one_much():
     assert min(path_costs(a, other, own, away, ROTATION, SHIFT, VARIANCE)) > 10.0 * forward + 1.0
 
 
-@pytest.mark.parametrize("backwards", [False, True])
-def test_points_on_the_path_have_the_depth_of_the_curve(backwards):
+def test_points_on_the_path_have_the_depth_of_the_curve():
     a, b, wide = rays(BENT, np.eye(4), 40), rays(BENT, beside(0.1), 37), widths(BENT, 40)
-    if backwards:
-        b = np.ascontiguousarray(b[::-1])
     wide_b = np.full(37, wide.mean())
-    path = find_path(a, b, wide, wide_b, ROTATION, SHIFT, VARIANCE, backwards)
-    steps = np.diff(path, axis=0) * (1, -1 if backwards else 1)
-    assert set(map(tuple, steps.tolist())) <= {(1, 1), (1, 0), (0, 1)}
-    if backwards:
-        return
-    depths, weights, partners = triangulate_path(a, b, ROTATION, SHIFT, path)
+    start, depths, weights, partners = correspond(a, b, wide, wide_b, ROTATION, SHIFT, VARIANCE)
+    assert start < 3
     assert (np.diff(partners) >= -1e-9).mean() > 0.9
-    true = BENT[np.linspace(0, len(BENT) - 1, 40).astype(int), 2][path[0, 0] : path[-1, 0] + 1]
+    true = BENT[np.linspace(0, len(BENT) - 1, 40).astype(int), 2][start : start + len(depths)]
     sure = weights > 0.25 * weights.max()
     assert np.abs(1.0 / depths[sure] - true[sure]).max() < 0.02
+
+
+def test_a_part_has_its_partners_in_the_whole():
+    a, b, wide = rays(BENT, np.eye(4), 40)[12:].copy(), rays(BENT, beside(0.1), 40), widths(BENT, 40)
+    start, depths, _, partners = correspond(a, b, wide[12:].copy(), wide, ROTATION, SHIFT, VARIANCE)
+    assert (start, len(depths)) == (0, 28)
+    assert np.abs(partners - np.arange(12, 40)).max() < 3.0

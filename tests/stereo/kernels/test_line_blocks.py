@@ -44,6 +44,13 @@ def test_a_gap_ends_a_block():
     assert not ((blocks[:, 0] > 50.0) & (blocks[:, 0] < 79.0)).any()
 
 
+def test_many_gaps_make_more_blocks_than_whole_ones():
+    pieces = [slanted(4) + np.array([8.0 * k, 3.2 * k]) for k in range(60)]
+    blocks = blocks_of(np.concatenate(pieces))
+    assert len(blocks) == 60
+    assert np.allclose(blocks[:, 1], 40.0 + 0.4 * (blocks[:, 0] - 20.0) + 8.0)
+
+
 def test_along_pixels_there_is_more_noise_and_in_bends_too():
     line = slanted()
     plain = noise_of(blocks_of(line), band(line, 5.0))

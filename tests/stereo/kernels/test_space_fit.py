@@ -7,7 +7,12 @@ import pytest
 from scipy.interpolate import BSpline
 from stereo_views import BENT, beside
 
-from dloftbs.stereo.kernels.space_fit import BAND, compare_widths, deviations, fit_views, start_curve
+from dloftbs.stereo.kernels.band_equations import BAND
+from dloftbs.stereo.kernels.compare_widths import compare_widths
+from dloftbs.stereo.kernels.deviations import deviations
+from dloftbs.stereo.kernels.observations import CLEAR, COLUMNS, DEPTH, RADIUS, WEIGHT
+from dloftbs.stereo.kernels.space_fit import fit_views
+from dloftbs.stereo.kernels.start_curve import start_curve
 from dloftbs.stereo.space_fit import _basis
 
 N = 12
@@ -31,7 +36,7 @@ def observations(noise_px: float = 0.0, seed: int = 0, count: int = 150):
         at = flat[index] + normal * rng.normal(0.0, noise_px / FOCAL_PX, (count, 1))
         weight = np.full((count, 1), (FOCAL_PX / max(noise_px, 0.1)) ** 2)
         wide = 0.006 / seen[index, 2:]
-        rows.append(np.hstack((at, normal, weight, wide, np.ones((count, 1)))))
+        rows.append(np.hstack((at, normal, weight, wide, np.ones((count, 1)), np.zeros((count, 1)))))
         t.append(index / (len(BENT) - 1))
         views.append(np.full(count, view))
     return np.concatenate(t), np.concatenate(rows), np.concatenate(views)
@@ -60,11 +65,12 @@ def test_a_curve_is_found_from_afar():
 def test_the_deviation_is_that_of_the_dense_inverse_and_of_many_draws():
     t, rows, views = observations(0.3)
     control, factor, _, _ = fitted(t.copy(), rows, views)
+    calm = np.zeros(len(t))
     lower = np.zeros((3 * N, 3 * N))
     for k in range(BAND):
         lower[np.arange(k, 3 * N), np.arange(3 * N - k)] = factor[: 3 * N - k, k]
     dense = np.linalg.inv(lower @ lower.T)
-    std = deviations(control, KNOTS, t, rows, views, ROTATIONS, SHIFTS, np.zeros(2), 0.0, factor, 21)
+    std = deviations(control, KNOTS, t, rows, views, calm, ROTATIONS, SHIFTS, np.zeros(2), 0.0, factor, 21)
     at = np.linspace(0, 1, 21)
     spline = BSpline(KNOTS, control, 3)
     for place, found in zip(at, std, strict=True):
@@ -86,12 +92,40 @@ def test_the_deviation_is_that_of_the_dense_inverse_and_of_many_draws():
 def test_errors_of_the_rig_add_up():
     t, rows, views = observations(0.3)
     control, factor, _, _ = fitted(t, rows, views)
-    given = control, KNOTS, t, rows, views, ROTATIONS, SHIFTS
+    given = control, KNOTS, t, rows, views, np.zeros(len(t)), ROTATIONS, SHIFTS
     plain = deviations(*given, np.zeros(2), 0.0, factor, 11)
     turned = deviations(*given, np.zeros(2), 0.01, factor, 11)
     twice = deviations(*given, np.zeros(2), 0.02, factor, 11)
     assert np.allclose(twice**2 - plain**2, 4.0 * (turned**2 - plain**2))
     assert (turned > plain).all()
+
+
+def test_residuals_beyond_their_noise_make_the_deviation_as_much_larger_there():
+    t, rows, views = observations(0.3)
+    control, factor, _, _ = fitted(t, rows, views)
+    given = KNOTS, t, rows, views
+    residuals = np.where(t < 0.3, 3.0, 0.5) / np.sqrt(rows[:, WEIGHT])
+    calm = deviations(control, *given, np.zeros(len(t)), ROTATIONS, SHIFTS, np.zeros(2), 0.0, factor, 11)
+    found = deviations(control, *given, residuals, ROTATIONS, SHIFTS, np.zeros(2), 0.0, factor, 11)
+    assert found[0] == pytest.approx(3.0 * calm[0])
+    assert np.array_equal(found[5:], calm[5:])
+
+
+def test_a_depth_is_an_observation():
+    t, rows, views = observations()
+    level = views == 0
+    measured = np.zeros((20, COLUMNS))
+    index = np.linspace(0, len(BENT) - 1, 20).astype(int)
+    measured[:, :2] = BENT[index, :2] / BENT[index, 2:]
+    measured[:, DEPTH], measured[:, WEIGHT] = BENT[index, 2], 1.0 / 0.001**2
+    one_view = t[level], rows[level], views[level]
+    alone = fitted(*one_view)[0]
+    at = np.concatenate((t[level], index / (len(BENT) - 1)))
+    both = fitted(at, np.concatenate((rows[level], measured)), np.zeros(len(at), np.int64))[0]
+    for control, least, most in ((alone, 5e-3, 1.0), (both, 0.0, 2e-3)):
+        points = BSpline(KNOTS, control, 3)(np.linspace(0, 1, 50))
+        apart = np.sqrt(((points[:, None] - BENT[None]) ** 2).sum(axis=2)).min(axis=1)
+        assert least <= np.median(apart) < most
 
 
 def test_nothing_in_front_is_no_start():
@@ -110,9 +144,9 @@ def test_widths_that_contradict_each_other_are_found():
     focals = np.full(2, FOCAL_PX)
     assert compare_widths(t, rows, depths, views, focals, 9, 0.1, 0.3, 3.0, shown)[0] == 0
     assert shown.all()
-    rows[20:40, 5] *= 4.0
+    rows[20:40, RADIUS] *= 4.0
     found, width_m = compare_widths(t, rows, depths, views, focals, 9, 0.1, 0.3, 3.0, shown)
     assert found >= 20
-    assert not rows[20:40, 6].any()
+    assert not rows[20:40, CLEAR].any()
     assert width_m == pytest.approx(0.012, rel=0.02)
     assert not shown.all()

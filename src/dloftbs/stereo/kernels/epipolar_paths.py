@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, float64, int64
+from numba import float64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
@@ -88,7 +88,10 @@ def _cost_table(
             x, y = b[j, 0], b[j, 1]
             off = max(abs(lx * x + ly * y + lz) - abs(lx * halves[j, 0] + ly * halves[j, 1]), 0.0)
             norm = squared + lines_b[j, 0] * lines_b[j, 0] + lines_b[j, 1] * lines_b[j, 1]
-            cost = min(off * off / (norm * variance), MOST_COST)
+            cost = off * off / (norm * variance)
+            if cost >= MOST_COST:
+                costs[i, j] = MOST_COST
+                continue
             # z_a (b x R a) = -(b x t)
             ux, uy, uz = y * rz - ry, rx - x * rz, x * ry - y * rx
             ahead = -((y * tz - ty) * ux + (tx - x * tz) * uy + (x * ty - y * tx) * uz)
@@ -173,38 +176,60 @@ def path_costs(
 
 @kernel(
     read(float64, 2, "C"), read(float64, 2, "C"), read(float64, 1, "C"), read(float64, 1, "C"),
-    read(float64, 2, "C"), read(float64, 1, "C"), float64, boolean,
+    read(float64, 2, "C"), read(float64, 1, "C"), float64,
 )  # fmt: skip
-def find_path(
-    a: _Floats,
-    b: _Floats,
-    widths_a: _Floats,
-    widths_b: _Floats,
-    rotation: _Floats,
-    shift: _Floats,
-    variance: float,
-    backwards: bool,
-) -> npt.NDArray[np.int64]:
-    """Return the best path that `path_costs` priced, as pairs of points, shape (k, 2).
+def correspond(
+    a: _Floats, b: _Floats, widths_a: _Floats, widths_b: _Floats, rotation: _Floats, shift: _Floats, variance: float
+) -> tuple[int, _Floats, _Floats, _Floats]:
+    """Return one over the depth of each point of the first curve on the best path that `path_costs` prices.
+
+    The partner is where the second curve, among the points that the path pairs with it, meets the epipolar line.
 
     Parameters
     ----------
     a, b, widths_a, widths_b, rotation, shift, variance
         As for `path_costs`.
-    backwards : bool
-        Whether the second curve is run backwards.
+
+    Returns
+    -------
+    start : int
+        Number of points of the first curve before the path.
+    inverse_depths : (p,) float64
+        Along z of the first camera, 1 / m.
+    weights : (p,) float64
+        One over their variances, where a place across the second curve has a variance of 1, of rays.
+    partners : (p,) float64
+        Places on the second curve, in its points.
     """
-    n, m = len(a), len(b)
+    path = _find_path(_cost_table(a, b, widths_a, widths_b, rotation, shift, variance))
+    first = path[0, 0]
+    count = path[-1, 0] - first + 1
+    inverse_depths, weights, partners = np.zeros(count), np.zeros(count), np.empty(count)
+    k = 0
+    for p in range(count):
+        i = first + p
+        low, high = len(b), -1
+        while k < len(path) and path[k, 0] == i:
+            low, high = min(low, path[k, 1]), max(high, path[k, 1])
+            k += 1
+        ray = _turned(rotation, a[i, 0], a[i, 1])
+        line = _cross(shift[0], shift[1], shift[2], ray[0], ray[1], ray[2])
+        place = _meeting(b, line, max(low - 1, 0), min(high + 1, len(b) - 1), 0.5 * (low + high))
+        inverse_depths[p], weights[p] = _triangulate(b, place, ray, shift, line)
+        partners[p] = place
+    return first, inverse_depths, weights, partners
+
+
+@helper
+def _find_path(costs: _Floats) -> npt.NDArray[np.int64]:
+    """Return the best path as pairs of points, (k, 2)."""
+    n, m = costs.shape
     steps = np.empty((n, m), np.int8)
-    costs = _cost_table(a, b, widths_a, widths_b, rotation, shift, variance)
-    if backwards:
-        _, i, j = _best_path(costs[:, ::-1], steps)
-    else:
-        _, i, j = _best_path(costs, steps)
+    _, i, j = _best_path(costs, steps)
     path = np.empty((n + m, 2), np.int64)
     count = 0
     while True:
-        path[count, 0], path[count, 1] = i, m - 1 - j if backwards else j
+        path[count, 0], path[count, 1] = i, j
         count += 1
         step = steps[i, j]
         if step == _START:
@@ -216,76 +241,45 @@ def find_path(
     return path[:count][::-1].copy()
 
 
-@kernel(
-    read(float64, 2, "C"), read(float64, 2, "C"), read(float64, 2, "C"), read(float64, 1, "C"), read(int64, 2, "C")
-)  # fmt: skip
-def triangulate_path(
-    a: _Floats, b: _Floats, rotation: _Floats, shift: _Floats, path: npt.NDArray[np.int64]
-) -> tuple[_Floats, _Floats, _Floats]:
-    """Return one over the depth of each point of the first curve on a path.
+@helper
+def _cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> _Three:
+    """Return the cross product."""
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
-    The partner is where the second curve, among the points that the path pairs with it, meets the epipolar line.
 
-    Parameters
-    ----------
-    a, b, rotation, shift
-        As for `path_costs`.
-    path : (k, 2) int64
-        As `find_path` returns it.
-
-    Returns
-    -------
-    inverse_depths : (p,) float64
-        Along z of the first camera, 1 / m.
-    weights : (p,) float64
-        One over their variances, where a place across the second curve has a variance of 1, of rays.
-    partners : (p,) float64
-        Places on the second curve, in its points.
-    """
-    first, last = path[0, 0], path[-1, 0]
-    count = last - first + 1
-    m = len(b)
-    inverse_depths, weights, partners = np.zeros(count), np.zeros(count), np.empty(count)
-    tx, ty, tz = shift[0], shift[1], shift[2]
-    k = 0
-    for p in range(count):
-        i = first + p
-        low, high = m, -1
-        while k < len(path) and path[k, 0] == i:
-            low, high = min(low, path[k, 1]), max(high, path[k, 1])
-            k += 1
-        middle = 0.5 * (low + high)
-        low, high = max(low - 1, 0), min(high + 1, m - 1)
-        rx, ry, rz = _turned(rotation, a[i, 0], a[i, 1])
-        lx, ly, lz = ty * rz - tz * ry, tz * rx - tx * rz, tx * ry - ty * rx
-        place, least = middle, math.inf
-        before = 0.0
+@helper
+def _meeting(b: _Floats, line: _Three, low: int, high: int, middle: float) -> float:
+    """Return where a stretch of a curve meets a line, nearest to the middle, else its place nearest to the line."""
+    place, least = middle, math.inf
+    before = 0.0
+    for j in range(low, high + 1):
+        off = line[0] * b[j, 0] + line[1] * b[j, 1] + line[2]
+        if j > low and before * off <= 0.0 and before != off:
+            at = j - 1 + before / (before - off)
+            if abs(at - middle) < least:
+                place, least = at, abs(at - middle)
+        before = off
+    if least == math.inf:
         for j in range(low, high + 1):
-            off = lx * b[j, 0] + ly * b[j, 1] + lz
-            if j > low and before * off <= 0.0 and before != off:
-                at = j - 1 + before / (before - off)
-                if abs(at - middle) < least:
-                    place, least = at, abs(at - middle)
-            before = off
-        if least == math.inf:  # it meets none: the nearest end of the stretch
-            for j in range(low, high + 1):
-                off = abs(lx * b[j, 0] + ly * b[j, 1] + lz)
-                if off < least:
-                    place, least = float(j), off
-        partners[p] = place
-        j = min(int(place), m - 2)
-        share = place - j
-        x, y = b[j, 0] + share * (b[j + 1, 0] - b[j, 0]), b[j, 1] + share * (b[j + 1, 1] - b[j, 1])
-        dx, dy = b[j + 1, 0] - b[j, 0], b[j + 1, 1] - b[j, 1]
-        ux, uy, uz = y * rz - ry, rx - x * rz, x * ry - y * rx
-        vx, vy, vz = y * tz - ty, tx - x * tz, x * ty - y * tx
-        # z_a (b x R a) = -(b x t)
-        against = vx * ux + vy * uy + vz * uz
-        squared = vx * vx + vy * vy + vz * vz
-        along = math.hypot(dx, dy) * math.hypot(lx, ly)
-        if squared == 0.0 or along == 0.0:
-            continue
-        # A step across the curve is so much of one along the epipolar line, which the baseline turns into 1 / depth.
-        weights[p] = squared * ((dx * lx + dy * ly) / along) ** 2
-        inverse_depths[p] = -against / squared
-    return inverse_depths, weights, partners
+            off = abs(line[0] * b[j, 0] + line[1] * b[j, 1] + line[2])
+            if off < least:
+                place, least = float(j), off
+    return place
+
+
+@helper
+def _triangulate(b: _Floats, place: float, ray: _Three, shift: _Floats, line: _Three) -> tuple[float, float]:
+    """Return one over the depth of a ray's point, whose partner is at a place of the second curve, and its weight."""
+    j = min(int(place), len(b) - 2)
+    dx, dy = b[j + 1, 0] - b[j, 0], b[j + 1, 1] - b[j, 1]
+    x, y = b[j, 0] + (place - j) * dx, b[j, 1] + (place - j) * dy
+    ux, uy, uz = _cross(x, y, 1.0, ray[0], ray[1], ray[2])
+    vx, vy, vz = _cross(x, y, 1.0, shift[0], shift[1], shift[2])
+    # z_a (b x R a) = -(b x t)
+    against = vx * ux + vy * uy + vz * uz
+    squared = vx * vx + vy * vy + vz * vz
+    along = math.hypot(dx, dy) * math.hypot(line[0], line[1])
+    if squared == 0.0 or along == 0.0:
+        return 0.0, 0.0
+    # A step across the curve is so much of one along the epipolar line, which the baseline turns into 1 / depth.
+    return -against / squared, squared * ((dx * line[0] + dy * line[1]) / along) ** 2

@@ -9,14 +9,15 @@ import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.stereo.kernels.observations import CLEAR, COLUMNS, RADIUS, WEIGHT
 
-_NOISE_PX3 = 0.03
+_NOISE_PX3 = 0.026
 """Noise of a centre line: variance of the mean of a stretch, px squared, times the stretch's length, px.
 
 Source: measured by `benchmarks.stereo` on masks of recorded motion: 0.025 px over 48 px.
 """
 
-_GRID_NOISE_PX3 = 0.0055
+_GRID_NOISE_PX3 = 0.0048
 """The same of the pixel grid, over the slope of the line against the nearer axis: steps come the rarer, px cubed.
 
 Source: measured as before: 0.1 px over 48 px at a slope of 0.015.
@@ -73,7 +74,7 @@ def block_means(points: _Floats, u: _Floats, radius: _Floats, block: int, farthe
         Point x and y, `u`, length along the line, the chord x and y in the direction of the line, and the radius.
     """
     n = len(points)
-    blocks = np.empty((n // block + 1, 7))
+    blocks = np.empty((n // (block // 2 + 1) + 1, 7))  # a gap may end a block a little beyond half
     count, k = 0, 0
     while k + 1 < n:
         x, y, at, half = points[k, 0], points[k, 1], u[k], radius[k]
@@ -184,3 +185,32 @@ def block_noise(blocks: _Floats, starts: _Ints, mask: npt.NDArray[np.uint8], noi
             while k < end and along[k] - along[i] < 2.0 * blocks[i, 6]:
                 noise[k] = -1.0
                 k += 1
+
+
+@kernel(read(float64, 2, "C"), read(float64, 1, "C"), float64, float64, float64, float64)
+def observe(blocks: _Floats, noise: _Floats, fx: float, fy: float, cx: float, cy: float) -> _Floats:
+    """Return the observations that blocks are, as `dloftbs.stereo.kernels.observations` has them, (m, 8).
+
+    Parameters
+    ----------
+    blocks : (m, 7) float64
+        Without the lens, px.
+    noise : (m,) float64
+        Of the same; see `block_noise`.
+    fx, fy, cx, cy : float
+        Of the camera, px.
+    """
+    focal_px = math.sqrt(fx * fy)
+    rows = np.zeros((len(blocks), COLUMNS))
+    for i in range(len(blocks)):
+        row, block = rows[i], blocks[i]
+        row[0], row[1] = (block[0] - cx) / fx, (block[1] - cy) / fy
+        dx, dy = block[4] / fx, block[5] / fy
+        size = math.hypot(dx, dy)
+        row[2], row[3] = -dy / size, dx / size
+        row[RADIUS] = block[6] / focal_px
+        if noise[i] > 0.0:
+            row[CLEAR], row[WEIGHT] = 1.0, block[3] * focal_px * focal_px / noise[i]
+        else:
+            row[WEIGHT] = 0.25 / (row[RADIUS] * row[RADIUS])
+    return rows

@@ -153,6 +153,12 @@ def _deep_scenarios(parts: Sequence[Part], suite: str) -> Table:
     return Table(suite, f"{suite}: by scenario", *_rows(parts, {**_SCENARIO, **_METHOD}, figures), note)
 
 
+def _in_space(parts: Sequence[Part], suite: str) -> Table:
+    figures = ("L3 px", "L3 mm", _LENGTH, "ms median", *_COUNTS, "frames without a curve in space")
+    note = "L3 in mm is that of the curve in space, from the true axis; the method stereo alone has the second view."
+    return Table(suite, f"{suite}: by rig", *_rows(parts, {**_FAMILY, **_METHOD}, figures), note).compact()
+
+
 def _noise(parts: Sequence[Part], suite: str) -> Table:
     errors = ("L3 px", _WHOLE, "L1 px", "L3 mm", _LENGTH)
     figures = ("clean frames, %", *errors, "missing", "redundant", "ms median", *_COUNTS)
@@ -206,5 +212,6 @@ _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "rgbd-artificial": _deep_scenarios,
     "rgbd-noisy": space_table,
     "rgbd-camera": depth_camera_table,
+    "two-cameras": _in_space,
     "noise": _noise,
 }

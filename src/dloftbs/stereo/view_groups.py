@@ -1,0 +1,156 @@
+"""Detections of all views that are one object: one in each view, and the parts of one that a view shows apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.stereo.curve_parts import joined
+from dloftbs.stereo.epipolar_matching import EPIPOLAR_STD_PX, Match, match_views, pair_costs
+from dloftbs.stereo.space_fit import Pose, RigErrors
+from dloftbs.stereo.view_curves import ViewCurve
+from dloftbs.support.arrays import FloatArray
+
+Costs = Mapping[tuple[int, int], FloatArray]
+"""Costs of other evidence between the detections of two views; see `match_views`."""
+
+
+class RigGeometry(NamedTuple):
+    """Cameras of the views of one moment.
+
+    Parameters
+    ----------
+    cameras : tuple of PinholeCamera
+    steps : tuple of tuple of Pose
+        From the frame of each view to that of each.
+    errors : RigErrors
+    focals_px : tuple of float
+    rotations : numpy.ndarray, shape (n, n, 3, 3)
+    shifts : numpy.ndarray, shape (n, n, 3)
+        The steps, as arrays.
+    """
+
+    cameras: tuple[PinholeCamera, ...]
+    steps: tuple[tuple[Pose, ...], ...]
+    errors: RigErrors
+    focals_px: tuple[float, ...]
+    rotations: FloatArray
+    shifts: FloatArray
+
+    def epipolar_std(self, view: int) -> float:
+        """Return the standard deviation of a right pair's distance from the epipolar constraint, of rays."""
+        rotation, pixel = math.radians(self.errors.rotation_std_deg), self.errors.pixel_std / self.focals_px[view]
+        return math.sqrt((EPIPOLAR_STD_PX / self.focals_px[view]) ** 2 + rotation**2 + 2.0 * pixel**2)
+
+
+@dataclass
+class Group:
+    """Detections that are one object.
+
+    Parameters
+    ----------
+    matches : dict of int to Match
+        For each view that shows it, the detection that was matched; that of the first view is its own match.
+    curves : dict of int to ViewCurve
+        For each view its curve, all in the direction of the first one.
+    pieces : dict of int to list of int
+        For each view the detections that its curve consists of, in order.
+    """
+
+    matches: dict[int, Match]
+    curves: dict[int, ViewCurve] = field(default_factory=dict)
+    pieces: dict[int, list[int]] = field(default_factory=dict)
+
+    def add(self, view: int, match: Match, curve: ViewCurve) -> None:
+        """Add a view."""
+        self.matches[view] = match
+        self.curves[view] = curve.reversed() if match.backwards else curve
+        self.pieces[view] = [match.second]
+
+
+def group_detections(curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometry, extra: Costs) -> list[Group]:
+    """Return the groups of all detections; the first view that shows an object is the one that others match.
+
+    Parameters
+    ----------
+    curves : sequence of sequence of ViewCurve
+        Of each view.
+    geometry : RigGeometry
+    extra : mapping of (int, int) to numpy.ndarray
+    """
+    groups: list[Group] = []
+    for view, own in enumerate(curves):
+        free = list(range(len(own)))
+        for first in range(view):
+            waiting = [group for group in groups if min(group.matches) == first and view not in group.matches]
+            rows, columns = [group.matches[first].second for group in waiting], list(free)
+            costs = extra.get((first, view))
+            matches = match_views(
+                [curves[first][i] for i in rows],
+                [own[j] for j in columns],
+                geometry.steps[first][view],
+                geometry.epipolar_std(first),
+                None if costs is None else costs[np.ix_(rows, columns)],
+            )
+            for match in matches:
+                number = columns[match.second]
+                waiting[match.first].add(view, match._replace(first=rows[match.first], second=number), own[number])
+                free.remove(number)
+        for number in free:
+            group = Group({})
+            group.add(view, Match(number, number, False, 0.0, 1.0), own[number])
+            groups.append(group)
+    _join_pieces(groups, geometry, extra)
+    return groups
+
+
+def _join_pieces(groups: list[Group], geometry: RigGeometry, extra: Costs) -> None:
+    """Add what one view shows apart, and no other view does, to the objects of which it is a part."""
+    for piece in [group for group in groups if len(group.matches) == 1]:
+        ((view, own),) = piece.curves.items()
+        if own.closed or own.problem is not None:
+            continue
+        (number,) = piece.pieces[view]
+        best, chosen = 0.0, None
+        for group in groups:
+            if view not in group.matches or len(group.matches) < 2 or group.curves[view].closed:
+                continue
+            for curve, order in _orders(group.curves[view], group.pieces[view], own, number):
+                gain = _gain(group, view, curve, geometry) - len(own.nodes) * _unlike(group, view, number, extra)
+                if gain > best:
+                    best, chosen = gain, (group, curve, order)
+        if chosen is not None:
+            group, group.curves[view], group.pieces[view] = chosen
+            groups.remove(piece)
+
+
+def _orders(curve: ViewCurve, pieces: list[int], own: ViewCurve, number: int) -> list[tuple[ViewCurve, list[int]]]:
+    """Return the curves that a piece makes at either end of another, run either way, and the order of pieces."""
+    return [
+        way
+        for turned in (own, own.reversed())
+        for way in ((joined(curve, turned), [*pieces, number]), (joined(turned, curve), [number, *pieces]))
+    ]
+
+
+def _gain(group: Group, view: int, curve: ViewCurve, geometry: RigGeometry) -> float:
+    """Return by how much less views differ, in all, if the curve of one is replaced by a longer one."""
+    other = min(one for one in group.matches if one != view)
+    pose, std = geometry.steps[other][view], geometry.epipolar_std(other)
+    before, _ = pair_costs(group.curves[other], group.curves[view], pose, std)
+    after, _ = pair_costs(group.curves[other], curve, pose, std)
+    return before - after
+
+
+def _unlike(group: Group, view: int, number: int, extra: Costs) -> float:
+    """Return what other evidence says against a detection's being a part of an object, as a cost of a point."""
+    other = min(one for one in group.matches if one != view)
+    costs, partner = extra.get((min(other, view), max(other, view))), group.matches[other].second
+    if costs is None:
+        return 0.0
+    return float(costs[partner, number] if other < view else costs[number, partner])
