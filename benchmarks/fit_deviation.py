@@ -77,14 +77,13 @@ def detections_of(source: str, seed: int) -> Iterator[tuple[Detection, BSplineCu
 
 
 def error_of(curve: BSplineCurve, true: BSplineCurve, u: _Floats) -> _Floats:
-    """Return distances (n,) of points from the true curve; beyond its ends, from its straight continuation."""
+    """Return distances (n,) of points from the true curve, or beyond its ends from its straight continuation."""
     dense = np.linspace(0.0, 1.0, max(int(4.0 * true.length), 4000))
     points = true(dense)
-    distance, nearest = cKDTree(points).query(curve(u))
+    nearest = cKDTree(points).query(curve(u))[1]
     off, tangents = curve(u) - points[nearest], true.tangent(dense[nearest])
-    across = np.linalg.norm(off - (off * tangents).sum(axis=1, keepdims=True) * tangents, axis=1)
-    ends = (nearest == 0) | (nearest == len(dense) - 1)
-    error: _Floats = np.where(ends & (not true.closed), across, distance)
+    # Across the curve: the distance from the nearest sample would have the step of the samples in it, too.
+    error: _Floats = np.linalg.norm(off - (off * tangents).sum(axis=1, keepdims=True) * tangents, axis=1)
     return error
 
 
@@ -95,7 +94,7 @@ def measure(source: str, seed: int) -> tuple[Points, Points | None]:
         count = max(int(one.curve.length / one.width_px), 8)
         u = (np.arange(count) + 0.5) / count
         plane.append(
-            (terms_in_image(one.curve, one.centerline, one.joints, one.inferred, u), error_of(one.curve, true, u))
+            (terms_in_image(one.curve, one.centerline, one.inferred, u), error_of(one.curve, true, u))
         )
         if true_3d is not None and one.curve_3d is not None and one.camera is not None:
             focal = float(np.sqrt(one.camera.fx * one.camera.fy))

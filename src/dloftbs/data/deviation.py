@@ -6,22 +6,15 @@ Computed when it is asked for. The weights are fitted on sources of many kinds, 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from dloftbs.data.centerline import Centerline, JointKind
+from dloftbs.data.centerline import Centerline
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.spans import Spans
 from dloftbs.support.arrays import FloatArray
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from dloftbs.data.centerline import Joint
-
-WEIGHTS = np.array([0.061, 1.0, 0.534, 0.004, 0.052])
-"""Factors of the terms in the image: a pixel's grid, misfit, roughness, ends and crossings, inferred parts.
+WEIGHTS = np.array([0.295, 1.37, 0.954, 0.498, 3.62, 0.0396])
+"""Factors of the terms in the image: grid, misfit, roughness, bends, radii that were not measured, inferred parts.
 
 Source: fitted by benchmarks.fit_deviation.
 """
@@ -38,36 +31,68 @@ _MISFIT_WIDTHS = 3.0
 Source: by definition; two distances between the densest knots.
 """
 
-_ROUGHNESS_WIDTHS = 6.0
+_ROUGHNESS_WIDTHS = 12.0
 """Length over which the local radii are compared, widths.
 
-Source: by definition; twice as long, since a radius is the mean of two edges' places.
+Source: by definition; two bends of the shortest waves that a cable of that width can have.
+"""
+
+_CUBIC_ERROR = 1.0 / 384.0
+"""Largest error of a cubic spline over its fourth derivative and the fourth power of its step.
+
+Source: by definition; C. A. Hall, W. W. Meyer, 1976, for half of a step.
 """
 
 
-def terms_in_image(
-    curve: BSplineCurve, line: Centerline, joints: Sequence[Joint], inferred: Spans, u: FloatArray
-) -> FloatArray:
-    """Return the terms (n, 5), px, whose squares, with `WEIGHTS`, sum up to the variance at `u` (n,)."""
-    width, length = line.width_px, curve.length
+def terms_in_image(curve: BSplineCurve, line: Centerline, inferred: Spans, u: FloatArray) -> FloatArray:
+    """Return the terms (n, 6), px, whose squares, with `WEIGHTS`, sum up to the variance at `u` (n,).
+
+    A curve averages the noise of its pixels over the distance of its knots, the more the longer that is.
+    """
+    width, length, at = line.width_px, curve.length, u * curve.length
+    knots = curve.u_at(curve.breaks) * length
+    span = np.clip(np.searchsorted(knots, at) - 1, 0, len(knots) - 2)
+    spacing = np.maximum(np.diff(knots)[span], width / _MISFIT_WIDTHS)
+    averaged = np.sqrt(width / spacing)
+
+    # Steps of an edge on the grid lie far apart where it runs along rows, columns or diagonals.
+    sides = np.sort(np.abs(curve.tangent(u)), axis=1)
+    slope = sides[:, 0] / sides[:, 1]
+    grid = 1.0 / np.sqrt(spacing * (1.0 + spacing * np.minimum(slope, 1.0 - slope)))
+
     off = line.points - curve.spline(line.u)
     along = curve.spline(line.u, nu=1)
     across = (along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0]) / np.maximum(np.linalg.norm(along, axis=1), 1e-12)
-    places, at = curve.u_at(line.u) * length, u * length
+    places = curve.u_at(line.u) * length
     misfit = np.sqrt(_mean_near(places, across**2, at, _MISFIT_WIDTHS * width))
-    radius = line.radius - np.median(line.radius)
-    level = _mean_near(places, radius, at, _ROUGHNESS_WIDTHS * width)
-    square = _mean_near(places, radius**2, at, _ROUGHNESS_WIDTHS * width)
-    roughness = np.sqrt(np.maximum(square - level**2, 0.0))
-    crossings = [joint.u for joint in joints if joint.kind is JointKind.CROSSING]
-    ends = () if curve.closed else ((0.0, 0.0), (1.0, 1.0))
-    near = np.zeros(len(u))
-    for low, high in (*crossings, *ends):
-        away = np.maximum(np.maximum(low - u, u - high), 0.0) * length
-        near = np.maximum(near, np.maximum(width - away, 0.0))
+    # Radii that are equal to the last bit were laid along the line, as where cables run side by side.
+    equal = np.append(np.diff(line.radius) == 0.0, [False])
+    unmeasured = _mean_near(places, equal.astype(np.float64), at, _MISFIT_WIDTHS * width)
+    roughness = _roughness(places, line.radius, at, _ROUGHNESS_WIDTHS * width)
     hidden = depth_inside(u, inferred) * length
     hidden[hidden > 0.0] += 0.5 * width
-    return np.stack((np.ones(len(u)), misfit, roughness, near, hidden), axis=1)
+    columns = grid, misfit * averaged, roughness * averaged, _bends(curve)[span], unmeasured * misfit, hidden
+    return np.stack(columns, axis=1)
+
+
+def _bends(curve: BSplineCurve) -> FloatArray:
+    """Return how far the true curve may bend away from each span of a spline, by the jumps of the third derivative."""
+    steps = np.diff(curve.breaks)
+    third = curve.spline(curve.breaks[:-1] + 0.5 * steps, nu=3)
+    jumps = np.linalg.norm(np.diff(third, axis=0), axis=1)
+    around = np.concatenate(([0.0], jumps, [0.0]))
+    bends: FloatArray = _CUBIC_ERROR * steps**3 * np.maximum(around[:-1], around[1:])
+    return bends
+
+
+def _roughness(places: FloatArray, radius: FloatArray, at: FloatArray, window: float) -> FloatArray:
+    """Return the deviation (m,) of radii (n,) around others' places from a straight line: perspective is no noise."""
+    x, y = places - np.mean(places), radius - np.median(radius)
+    x_mean, y_mean, xx, xy, yy = (_mean_near(places, values, at, window) for values in (x, y, x * x, x * y, y * y))
+    xx, xy, yy = xx - x_mean**2, xy - x_mean * y_mean, yy - y_mean**2
+    explained = np.divide(xy**2, xx, out=np.zeros(len(at)), where=xx > 1e-9)
+    rough: FloatArray = np.sqrt(np.maximum(yy - explained, 0.0))
+    return rough
 
 
 def terms_in_space(
