@@ -7,20 +7,21 @@ Computed when it is asked for. The weights are fitted on sources of many kinds, 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from dloftbs.data.centerline import Centerline
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.spans import Spans
 from dloftbs.support.arrays import FloatArray
 
-WEIGHTS = np.array([0.295, 1.37, 0.954, 0.498, 3.62, 0.0396])
+WEIGHTS = np.array([0.296, 1.357, 0.949, 0.501, 2.872, 0.039])
 """Factors of the terms in the image: grid, misfit, roughness, bends, radii that were not measured, inferred parts.
 
 Source: fitted by benchmarks.fit_deviation.
 """
 
-WEIGHTS_3D = np.array([0.997, 0.451, 0.006, 0.029])
-"""Factors of the terms in space: across the line of sight, noise of depth, the width, parts that no depth shows.
+WEIGHTS_3D = np.array([1.0, 2.057, 0.014, 0.018])
+"""Factors of the terms in space: across the line of sight, depth's noise, the width where it recedes, unseen parts.
 
 Source: fitted by benchmarks.fit_deviation.
 """
@@ -50,9 +51,7 @@ def terms_in_image(curve: BSplineCurve, line: Centerline, inferred: Spans, u: Fl
     A curve averages the noise of its pixels over the distance of its knots, the more the longer that is.
     """
     width, length, at = line.width_px, curve.length, u * curve.length
-    knots = curve.u_at(curve.breaks) * length
-    span = np.clip(np.searchsorted(knots, at) - 1, 0, len(knots) - 2)
-    spacing = np.maximum(np.diff(knots)[span], width / _MISFIT_WIDTHS)
+    spacing = np.maximum(_spacing(curve, u), width / _MISFIT_WIDTHS)
     averaged = np.sqrt(width / spacing)
 
     # Steps of an edge on the grid lie far apart where it runs along rows, columns or diagonals.
@@ -71,8 +70,27 @@ def terms_in_image(curve: BSplineCurve, line: Centerline, inferred: Spans, u: Fl
     roughness = _roughness(places, line.radius, at, _ROUGHNESS_WIDTHS * width)
     hidden = depth_inside(u, inferred) * length
     hidden[hidden > 0.0] += 0.5 * width
-    columns = grid, misfit * averaged, roughness * averaged, _bends(curve)[span], unmeasured * misfit, hidden
+    columns = (
+        grid,
+        misfit * averaged,
+        roughness * averaged,
+        _bends(curve)[_spans(curve, u)],
+        unmeasured * misfit,
+        hidden,
+    )
     return np.stack(columns, axis=1)
+
+
+def _spans(curve: BSplineCurve, u: FloatArray) -> npt.NDArray[np.intp]:
+    """Return the numbers (n,) of the spans between knots in which places lie."""
+    spans: npt.NDArray[np.intp] = np.clip(np.searchsorted(curve.breaks, curve.t_at(u)) - 1, 0, len(curve.breaks) - 2)
+    return spans
+
+
+def _spacing(curve: BSplineCurve, u: FloatArray) -> FloatArray:
+    """Return the lengths (n,) of the spans between knots in which places lie, in the curve's unit."""
+    lengths: FloatArray = np.diff(curve.u_at(curve.breaks)) * curve.length
+    return lengths[_spans(curve, u)]
 
 
 def _bends(curve: BSplineCurve) -> FloatArray:
@@ -105,10 +123,15 @@ def terms_in_space(
     u_3d: FloatArray,
 ) -> FloatArray:
     """Return the terms (n, 4), metres, whose squares, with `WEIGHTS_3D`, sum up to the variance at `u_3d` (n,)."""
-    depth = curve_3d(u_3d)[:, 2]
+    points = curve_3d(u_3d)
+    px = points[:, 2] / focal_px
+    # The noise of depth is averaged over the pixels from knot to knot.
+    pixels = _spacing(curve_3d, u_3d) / px
+    noise = noise_per_m * points[:, 2] ** 2 / np.sqrt(np.maximum(pixels, 1.0))
+    rays = points / np.linalg.norm(points, axis=1, keepdims=True)
+    recedes = np.abs((curve_3d.tangent(u_3d) * rays).sum(axis=1))
     hidden = depth_inside(u_3d, inferred_3d) * curve_3d.length
-    width_m = width_px * depth / focal_px
-    return np.stack((std_px * depth / focal_px, noise_per_m * depth**2, width_m, hidden), axis=1)
+    return np.stack((std_px * px, noise, recedes * width_px * px, hidden), axis=1)
 
 
 def deviation(terms: FloatArray, weights: FloatArray) -> FloatArray:
