@@ -63,7 +63,8 @@ class JointRows:
         """Return the joints at the times of the one that came most often, or None where none came."""
         if not self._rows:
             return None
-        times = np.array(sorted(max(self._rows.values(), key=len)))
+        densest = max(self._rows, key=lambda name: len(self._rows[name]))
+        times = np.array(sorted(self._rows[densest]))
         positions = {}
         for name, row in self._rows.items():
             keys = sorted(row)
