@@ -236,6 +236,14 @@ class TestWhichIsOnTop:
         assert crossing.top == top
         assert crossing.confidence > 0.9
 
+    @pytest.mark.parametrize(("apart", "is_sure"), [(2.2, False), (3.0, True)])
+    def test_an_order_beside_a_third_cable_is_hardly_sure(self, apart: float, is_sure: bool) -> None:
+        third = line((40, 120 + apart * WIDTH), (280, 120 + apart * WIDTH))
+        image = paint([(FLAT, BLUE), (third, BLUE), (STEEP, BLUE)], shaded=True)
+        found = [one for one in crossings(FLAT, STEEP, third, image=image) if one.passes[0][0] == 0]
+        assert [one.top for one in found] == [1]
+        assert (found[0].confidence > 0.8) is is_sure
+
     @pytest.mark.parametrize("top", [0, 1])
     def test_a_loop_lies_on_itself(self, top: int) -> None:
         curve = looped()
