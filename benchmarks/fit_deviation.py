@@ -39,8 +39,8 @@ SOURCES = (
     "real-footage",
     "real-motion",
 )
-SHIFTED = ("rgb",)
-"""Sources that are judged, but not fitted to: what they draw lies 0.14 px beside their truth."""
+SHIFTED = "rgb"
+"""Source that is judged, but not fitted to: its light comes from one side, which moves its masks by 0.1 px."""
 SEED, TEST_SEED = 3, 11
 _SCALE, _SEQUENCES, _FRAMES = 0.1, 40, 3
 _GATE_PX = 20.0
@@ -52,13 +52,14 @@ _LEAST = 1e-3
 """Least error that counts, as a share of the median one: its logarithm is looked at."""
 
 _Floats = npt.NDArray[np.float64]
-Points = tuple[_Floats, _Floats]
-"""Terms (n, k) and errors (n,) of a source."""
+Points = tuple[_Floats, _Floats, float]
+"""Terms (n, k) and errors (n,) of a source, and the share of its points that lie on another course."""
 
 
 def detections_of(source: str, seed: int) -> Iterator[tuple[Detection, BSplineCurve, BSplineCurve | None]]:
     """Yield detections of a suite with the true curves."""
     sequences = open_suite(source, scale=_SCALE, seed=seed).sequences
+    sequences = tuple([one for one in sequences if source == SHIFTED or not one.name.startswith(f"{SHIFTED},")])
     chosen = np.random.default_rng(seed).permutation(len(sequences))[:_SEQUENCES]
     pipeline = Pipeline()
     for number in np.sort(chosen):
@@ -77,14 +78,13 @@ def detections_of(source: str, seed: int) -> Iterator[tuple[Detection, BSplineCu
 
 
 def error_of(curve: BSplineCurve, true: BSplineCurve, u: _Floats) -> _Floats:
-    """Return distances (n,) of points from the true curve; beyond its ends, from its straight continuation."""
+    """Return distances (n,) of points from the true curve, or beyond its ends from its straight continuation."""
     dense = np.linspace(0.0, 1.0, max(int(4.0 * true.length), 4000))
     points = true(dense)
-    distance, nearest = cKDTree(points).query(curve(u))
+    nearest = cKDTree(points).query(curve(u))[1]
     off, tangents = curve(u) - points[nearest], true.tangent(dense[nearest])
-    across = np.linalg.norm(off - (off * tangents).sum(axis=1, keepdims=True) * tangents, axis=1)
-    ends = (nearest == 0) | (nearest == len(dense) - 1)
-    error: _Floats = np.where(ends & (not true.closed), across, distance)
+    # Across the curve: the distance from the nearest sample would have the step of the samples in it, too.
+    error: _Floats = np.linalg.norm(off - (off * tangents).sum(axis=1, keepdims=True) * tangents, axis=1)
     return error
 
 
@@ -94,26 +94,31 @@ def measure(source: str, seed: int) -> tuple[Points, Points | None]:
     for one, true, true_3d in detections_of(source, seed):
         count = max(int(one.curve.length / one.width_px), 8)
         u = (np.arange(count) + 0.5) / count
-        plane.append(
-            (terms_in_image(one.curve, one.centerline, one.joints, one.inferred, u), error_of(one.curve, true, u))
-        )
+        terms = terms_in_image(one.curve, one.centerline, one.inferred, u)
+        reach = max(0.5 * one.width_px, 1.0)
+        plane.append((terms, error_of(one.curve, true, u), reach))
         if true_3d is not None and one.curve_3d is not None and one.camera is not None:
             focal = float(np.sqrt(one.camera.fx * one.camera.fy))
             noise = one.__dict__.get("_depth_noise_per_m") or 0.0
             std = one.curve_std(one.u_2d(u))
             terms = terms_in_space(one.curve_3d, one.inferred_3d, std, focal, one.width_px, noise, u)
-            space.append((terms, error_of(one.curve_3d, true_3d, u)))
+            reach_m = reach * float(np.median(one.curve_3d(u)[:, 2])) / focal
+            space.append((terms, error_of(one.curve_3d, true_3d, u), reach_m))
     return _joined(plane), _joined(space) if space else None
 
 
-def _joined(parts: list[Points]) -> Points:
-    return np.concatenate([terms for terms, _ in parts]), np.concatenate([errors for _, errors in parts])
+def _joined(parts: list[tuple[_Floats, _Floats, float]]) -> Points:
+    """Join the points of objects; what lies beside the true cable is another course, of which `confidence` tells."""
+    terms = np.concatenate([own for own, _, _ in parts])
+    errors = np.concatenate([own for _, own, _ in parts])
+    on = np.concatenate([own <= reach for _, own, reach in parts])
+    return terms[on], errors[on], 1.0 - float(on.mean())
 
 
 def fit(sources: Mapping[str, Points], start: _Floats) -> _Floats:
     """Return the weights for which the quantiles of the errors are nearest to those of a normal distribution."""
     taken = []
-    for terms, errors in sources.values():
+    for terms, errors, _ in sources.values():
         chosen = np.random.default_rng(0).permutation(len(errors))[:_TAKEN]
         taken.append((terms[chosen], np.log(np.maximum(errors[chosen], _LEAST * float(np.median(errors))))))
 
@@ -138,25 +143,39 @@ def table(title: str, train: Mapping[str, Points], test: Mapping[str, Points], w
         "",
         f"## {title}",
         "",
-        "| source, left out of the fit | points | within one, % | within two, % | deviation, median |",
+        "| source, left out of the fit | points | within one, % | within two, % | deviation, median | elsewhere, % |",
     ]
-    rows.append("| --- | ---: | ---: | ---: | ---: |")
-    for source, (terms, errors) in test.items():
+    rows.append("| --- | ---: | ---: | ---: | ---: | ---: |")
+    for source, (terms, errors, elsewhere) in test.items():
         std = deviation(terms, fit({name: own for name, own in train.items() if name != source}, weights))
         one, two = (100.0 * float((errors <= times * std).mean()) for times in (1.0, 2.0))
-        rows.append(f"| {source} | {len(errors)} | {one:.0f} | {two:.0f} | {float(np.median(std)):.2g} |")
+        cells = f"{len(errors)} | {one:.0f} | {two:.0f} | {float(np.median(std)):.2g} | {100.0 * elsewhere:.1f}"
+        rows.append(f"| {source} | {cells} |")
     return rows
 
 
 HEAD = """# How sure each point is
 
-`Detection.curve_std` and `curve_3d_std` state the standard deviation of a point across the curve, by a sum of squares
-of a few terms (`dloftbs.data.deviation`). `python -m benchmarks.fit_deviation` fits their weights, so that the shares
-within one and two deviations are near to 68 and 95 %, and writes this page. Each source is left out of the fit that it
-is judged by, and judged on other seeds. Errors of clean masks are those of the pixels' grid, and have no tail: there
-nearly all is within two deviations. The drawings of *rgb* lie 0.14 px
-beside their truth, which no mask shows; *rgb* is not fitted to. Points of an object whose course was read wrongly, up
-to 20 px away, count, too."""
+`Detection.curve_std` and `curve_3d_std` state the standard deviation of a point across the curve. It is the root of a
+sum of squares of a few terms (`dloftbs.data.deviation`):
+
+| in the image | in space |
+| --- | --- |
+| the pixel grid, by the slope of the edge | the deviation in the image |
+| the misfit of the pixels to the curve | the noise of depth |
+| the roughness of the local radii | the width, where the cable recedes |
+| bends that the knots cannot follow | the distance from measured depth |
+| the misfit where cables touch, whose radii nobody can measure | |
+| the distance from seen parts, in gaps | |
+
+A curve averages the noise of its pixels from knot to knot, so that distant knots divide these terms.
+`python -m benchmarks.fit_deviation` fits the weights to shares of 68 and 95 % within one and two deviations, and writes
+this page. Each source below is left out of the fit that judges it, and is judged on other seeds. The goal is 60 to 76 %
+within one deviation, and 90 to 98 % within two.
+
+A point more than half a width off lies on another course, which `confidence` states. The last column counts these
+points, and the shares leave them out. What no mask shows is in no deviation: the light of *rgb* comes from one side and
+moves its masks by 0.1 px, and some depth cameras of *rgbd-camera* have a constant error of a millimetre."""
 
 
 def main() -> None:
@@ -168,9 +187,7 @@ def main() -> None:
     sources = [source for source in SOURCES if missing_for(source) is None]
     train, test = ({source: measure(source, seed) for source in sources} for seed in (SEED, TEST_SEED))
     for number, title, start in ((0, "In the image, px", WEIGHTS), (1, "In space, m", WEIGHTS_3D)):
-        own = {
-            name: found[number] for name, found in train.items() if found[number] is not None and name not in SHIFTED
-        }
+        own = {name: found[number] for name, found in train.items() if found[number] is not None and name != SHIFTED}
         other = {name: found[number] for name, found in test.items() if found[number] is not None}
         weights = fit(own, start)  # type: ignore[arg-type]
         print(title, np.array2string(weights, precision=3))

@@ -27,6 +27,7 @@ REALSENSE = {
     "image": "/camera/camera/color/image_raw",
     "depth": "/camera/camera/aligned_depth_to_color/image_raw",
     "camera_info": "/camera/camera/color/camera_info",
+    "joint_states": "/joint_states",
 }
 
 
@@ -224,6 +225,8 @@ def test_the_launch_file_has_each_parameter_and_the_tables_each_argument(launche
         ("mask_topic", "/sam2/mask", "/sam2/mask"),
         ("min_bend_radius", "0.03", "0.03"),
         ("min_bend_radius", "40px", "40px"),
+        ("robot", "arm.urdf", "arm.urdf"),
+        ("answers", "topology,std", "topology,std"),
     ],
 )
 def test_an_argument_reaches_the_node_in_its_type(launched, parameters, name, text, value):
@@ -238,7 +241,8 @@ def test_an_argument_reaches_the_node_in_its_type(launched, parameters, name, te
 
 def test_topics_file_and_namespace_are_those_that_were_asked_for(launched):
     (track,) = launched.start(image="/oak/rgb/image_raw", depth="", params="mine.yaml", namespace="left_arm")
-    assert dict(track.remappings) == {"image": "/oak/rgb/image_raw", "camera_info": REALSENSE["camera_info"]}
+    left = {name: REALSENSE[name] for name in ("camera_info", "joint_states")}
+    assert dict(track.remappings) == {"image": "/oak/rgb/image_raw", **left}
     assert track.parameters == ["mine.yaml"]
     assert track.namespace == "left_arm"
 
@@ -261,7 +265,8 @@ def test_the_cameras_of_the_readme_are_named_by_arguments(launched):
     for arguments in table_below(README, "camera").values():
         given = dict(argument.split(":=", 1) for argument in arguments.split())
         (track,) = launched.start(**given)
-        assert dict(track.remappings) == {name: topic for name, topic in given.items() if topic}
+        joints = {"joint_states": REALSENSE["joint_states"]}
+        assert dict(track.remappings) == {**joints, **{name: topic for name, topic in given.items() if topic}}
 
 
 def test_the_commands_of_the_readme_give_arguments_that_are_there(launched):

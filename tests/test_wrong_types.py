@@ -321,6 +321,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.RosbagsFactory.__call__": {"type_name": "std_msgs/msg/Header", "frame_id": "a"},
         "ros.SampledTrack": {name: getattr(in_space, name) for name in ("track", "points", "s", "inferred")},
         "ros.camera_message": {**message, "camera": CAMERA, "size": (40, 60)},
+        "ros.answers_message": {"make": MAKE, "result": RESULT, "kinds": ("std",)},
         "ros.camera_of": {"message": ROS_INFO, "rectified": False},
         "ros.diagnostics_message": {**message, "result": RESULT, "name": "a"},
         "ros.header_of": {"frame": FRAME, "frame_id": "a"},

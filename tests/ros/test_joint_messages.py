@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from cli.cli_inputs import run
 from ros import bag_examples as bags
 
 from dloftbs import sources
-from dloftbs.errors import SourceError
+from dloftbs.data.frame import Frame
+from dloftbs.errors import InputError, SourceError
 from dloftbs.robot import RobotModel, RobotSource
-from dloftbs.ros.joint_messages import read_joints
+from dloftbs.ros.joint_messages import JointRows, read_joints
 
 TOPIC = "/joint_states"
 ROBOT = """
@@ -46,6 +49,19 @@ def test_joints_of_several_publishers_are_there_when_a_frame_was_taken(tmp_path,
         found = [joints.at(frame) for frame in source]
     assert [one["rail"] for one in found] == pytest.approx([0.0, 0.01, 0.02, 0.03], abs=1e-6)
     assert {one["finger"] for one in found} == {0.5}
+
+
+def test_joints_that_stream_are_kept_for_a_while():
+    rows = JointRows(keep_s=0.1)
+    assert rows.states() is None
+    for i in range(20):
+        for entry in (joints_at(bags.stamp_of(i), ["rail"], [0.01 * i]), joints_at(bags.stamp_of(i) + 5, ["lid"], [1])):
+            rows.take(entry[2], 0)
+    frame = Frame(mask=np.ones((4, 4), bool), stamp=bags.stamp_of(19) / 1e9)
+    assert rows.states().at(frame) == pytest.approx({"rail": 0.19, "lid": 1.0})
+    assert rows.states().at(replace(frame, stamp=frame.stamp - 0.5)) is None
+    with pytest.raises(InputError, match="a JointState has 1 names and 2 positions"):
+        rows.take(joints_at(1, ["rail"], [1, 2])[2], 0)
 
 
 def test_a_message_that_is_wrong_is_left_out_with_a_warning(tmp_path, caplog):

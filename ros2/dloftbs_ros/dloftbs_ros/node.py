@@ -1,9 +1,10 @@
 """The node: images, depth and camera in, curves out.
 
 ``image``, ``depth`` and ``camera_info`` are remapped to what the camera publishes, and the parameter ``mask_topic``
-names the topic of a segmenter. A topic is subscribed once somebody
+names the topic of a segmenter. With a `robot`, its joints come on ``joint_states``. A topic is subscribed once somebody
 publishes it, with its type, raw or compressed, and its reliability. Results go to ``~/points``, ``~/markers``,
-``~/points_px``, ``~/overlay/compressed``, ``~/mask`` and ``~/diagnostics``, as in recordings (docs/ros.md).
+``~/points_px``, ``~/overlay/compressed``, ``~/mask``, ``~/answers`` and ``~/diagnostics``, as in recordings
+(docs/ros.md).
 """
 
 from __future__ import annotations
@@ -25,14 +26,15 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, PointCloud2
+from std_msgs.msg import String
 from std_srvs.srv import Empty
 from visualization_msgs.msg import MarkerArray
 
 from dloftbs import viz
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.errors import DloftbsError
+from dloftbs.errors import DloftbsError, InputError
 from dloftbs.pipeline.kernel_loading import load_kernels
 from dloftbs.ros import (
     FrameMaker,
@@ -40,6 +42,7 @@ from dloftbs.ros import (
     MarkerWriter,
     RclpyFactory,
     SampledTrack,
+    answers_message,
     diagnostics_message,
     header_of,
     mask_message,
@@ -50,6 +53,7 @@ from dloftbs.ros import (
     sampled_m,
 )
 from dloftbs.ros.bag_file import Topic
+from dloftbs.ros.joint_messages import JOINT_TYPE
 from dloftbs.ros.message_fields import stamp_ns_of
 from dloftbs.ros.result_messages import PIXELS
 from dloftbs.ros.stamp_pairing import WAITING_FOR_MASKS, StampPairing
@@ -59,6 +63,7 @@ from dloftbs.sources.pixels import kind_for
 from dloftbs_ros.newest import Newest
 from dloftbs_ros.parameters import Parameters
 from dloftbs_ros.publishers import Publisher, choose
+from dloftbs_ros.robot import RobotError, RobotInView, read_robot
 from dloftbs_ros.transforms import TransformError, Transforms
 from dloftbs_ros.watch import SILENT_S, Watch
 
@@ -67,15 +72,23 @@ LOOK_S = 0.5
 DEPTH = 10
 """Messages that the transport keeps for a subscription or a publisher."""
 
-_CLASSES: dict[str, Any] = {IMAGE_TYPE: Image, COMPRESSED_TYPE: CompressedImage, INFO_TYPE: CameraInfo}
+_CLASSES: dict[str, Any] = {
+    IMAGE_TYPE: Image,
+    COMPRESSED_TYPE: CompressedImage,
+    INFO_TYPE: CameraInfo,
+    JOINT_TYPE: JointState,
+}
 _INPUTS = {"image": IMAGE_TYPES, "depth": IMAGE_TYPES, "camera_info": (INFO_TYPE,)}
 """Inputs that are remapped, and their types; masks have the types of images."""
+_JOINTS = "joint_states"
+"""Input that is remapped where there is a robot."""
 _OUTPUTS: dict[str, Any] = {
     "points": PointCloud2,
     "markers": MarkerArray,
     "points_px": PointCloud2,
     "overlay/compressed": CompressedImage,
     "mask": Image,
+    "answers": String,
     "diagnostics": DiagnosticArray,
 }
 _WARN, _ERROR = 1, 2
@@ -115,10 +128,13 @@ class TrackNode(Node):
         super().__init__("dloftbs")
         self._asked = Parameters.declared(self._declare)
         self._pipeline = self._asked.make_pipeline()
-        self._bend_limit = self._asked.bend_limit()
+        self._bend_limit, self._answers = self._asked.bend_limit(), self._asked.answer_kinds()
         self._topics = {name: self._asked.topic(name, self.resolve_topic_name(name)) for name in _INPUTS}
         if self._asked.mask_topic:
             self._topics["mask"] = self.resolve_topic_name(self._asked.mask_topic)
+        robot = read_robot(self._asked.robot) if self._asked.robot else None
+        if robot is not None:
+            self._topics[_JOINTS] = self.resolve_topic_name(_JOINTS)
         topic = self._topics["image"]
         self._maker = FrameMaker(
             topic,
@@ -126,7 +142,10 @@ class TrackNode(Node):
             rectified=Topics(Topic(topic, IMAGE_TYPE)).is_rectified,
             depth_unit_m=self._asked.depth_unit,
         )
-        self._transforms = Transforms(self) if self._asked.target_frame else None
+        needs_tf = self._asked.target_frame or (robot is not None and not robot.has_camera)
+        self._transforms = Transforms(self) if needs_tf else None
+        by_tf = None if robot is None or robot.has_camera else self._transforms
+        self._robot = None if robot is None else RobotInView(robot, self._topics[_JOINTS], by_tf)
         load_kernels()  # before the first frame waits for them
         self._make = RclpyFactory()
         self._markers = MarkerWriter(self._make)
@@ -137,6 +156,7 @@ class TrackNode(Node):
         self._problems: dict[str, str] = {}
         self._outputs = {name: self.create_publisher(kind, f"~/{name}", DEPTH) for name, kind in _OUTPUTS.items()}
         self._received = self._unreadable = self._answered = self._untransformed = self._unmasked = 0
+        self._without_robot = 0
         self._watch = Watch(self._topics, monotonic())
         self._lock = threading.Lock()  # of the pipeline and the markers: reset comes from another thread
         self.create_service(Empty, "~/reset", self._reset)
@@ -162,7 +182,8 @@ class TrackNode(Node):
     def _look(self) -> None:
         """Subscribe to what is published, anew where its publisher has changed, and say so if nothing comes."""
         for name, topic in self._topics.items():
-            wanted, problem = choose(self._offers(topic), _INPUTS.get(name, IMAGE_TYPES), self._asked.reliability)
+            types = (JOINT_TYPE,) if name == _JOINTS else _INPUTS.get(name, IMAGE_TYPES)
+            wanted, problem = choose(self._offers(topic), types, self._asked.reliability)
             if problem is not None and self._problems.get(name) != problem:
                 self.get_logger().error(problem)
             self._problems[name] = problem or ""
@@ -207,6 +228,9 @@ class TrackNode(Node):
             if name == "camera_info":
                 self._maker.take_info(message)
                 return
+            if name == _JOINTS and self._robot is not None:
+                self._robot.take(message, self.get_clock().now().nanoseconds)
+                return
             arrived = _Arrived(message, stamp_ns_of(message) or self.get_clock().now().nanoseconds)
         except DloftbsError as error:
             self._complain(f"a message of {self._topics[name]}: {error}")
@@ -246,6 +270,8 @@ class TrackNode(Node):
             self._pipeline.reset()
             if self._transforms is not None:
                 self._transforms.forget()
+            if self._robot is not None:
+                self._robot.forget()
             frame_id = self._asked.target_frame or self._asked.frame_id or "camera"
             header = Header(self.get_clock().now().nanoseconds, frame_id)
             self._outputs["markers"].publish(self._markers.clear(header.message(self._make)))
@@ -278,15 +304,29 @@ class TrackNode(Node):
             stamp_ns=image.stamp_ns,
             name=self._topics["image"],
         )
+        frame, problem = self._with_robot(frame)
         self._answered += 1
-        self._publish(frame, self._pipeline.process(frame))
+        self._publish(frame, self._pipeline.process(frame), problem)
 
-    def _publish(self, frame: Frame, result: FrameResult) -> None:
+    def _with_robot(self, frame: Frame) -> tuple[Frame, str | None]:
+        """Return a frame with the robot in it; or as it is, and why, where nobody knows where the robot is."""
+        if self._robot is None:
+            return frame, None
+        known = header_of(frame)
+        try:
+            return self._robot.into(frame, self._asked.frame_id or known.frame_id, known.stamp_ns), None
+        except (RobotError, TransformError, InputError) as error:
+            self._without_robot += 1
+            text = f"a frame goes without the robot: {error}"
+            self.get_logger().warning(text, throttle_duration_sec=SILENT_S)
+            return frame, text
+
+    def _publish(self, frame: Frame, result: FrameResult, robot_problem: str | None) -> None:
         """Publish what somebody listens to; nobody waits for messages that nobody gets."""
         known, make = header_of(frame), self._make
         header = Header(known.stamp_ns, self._asked.frame_id or known.frame_id)
         in_camera, pixels = header.message(make), header.message(make, PIXELS)
-        problem = self._publish_in_space(header, result)
+        problems = [text for text in (robot_problem, self._publish_in_space(header, result)) if text is not None]
         if self._is_heard("points_px"):
             in_image = [sample_px(track) for track in objects_of(result)]
             self._outputs["points_px"].publish(points_message(make, pixels, in_image, 2))
@@ -295,11 +335,13 @@ class TrackNode(Node):
         if self._is_heard("overlay/compressed"):
             picture = encode(viz.draw(frame, result), ".jpg")
             self._outputs["overlay/compressed"].publish(picture_message(make, in_camera, picture))
+        if self._answers and self._is_heard("answers"):
+            self._outputs["answers"].publish(answers_message(make, result, self._answers))
         diagnostics = diagnostics_message(make, in_camera, result, self.get_name(), self._bend_limit)
         (status,) = diagnostics.status
         status.values.extend(self._counts())
-        if problem is not None:
-            status.level, status.message = bytes([_WARN]), f"{status.message}; {problem}"
+        if problems:
+            status.level, status.message = bytes([_WARN]), "; ".join([status.message, *problems])
         self._outputs["diagnostics"].publish(diagnostics)
 
     def _publish_in_space(self, header: Header, result: FrameResult) -> str | None:
@@ -307,7 +349,7 @@ class TrackNode(Node):
         make, target = self._make, self._asked.target_frame
         listens = self._is_heard("points") or self._is_heard("markers")
         samples: list[SampledTrack] = list(sampled_m(result)) if listens else []
-        if self._transforms is not None:
+        if self._transforms is not None and target:
             try:
                 samples = self._transforms.move(samples, header.frame_id, target, header.stamp_ns)
             except TransformError as error:
@@ -354,6 +396,7 @@ class TrackNode(Node):
             "unreadable": self._unreadable,
             "without mask": self._unmasked,
             "without transform": self._untransformed,
+            "without robot": self._without_robot,
         }
         return [self._make("diagnostic_msgs/msg/KeyValue", key=key, value=str(count)) for key, count in counts.items()]
 

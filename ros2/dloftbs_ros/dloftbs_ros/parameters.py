@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
 from dloftbs import Config, Pipeline
-from dloftbs.data.answers import BendLimit
+from dloftbs.data.answers import BendLimit, check_kinds
 from dloftbs.errors import ConfigError
 from dloftbs.ros.topic_choice import base_name
 
@@ -52,6 +52,10 @@ class Parameters:
         Topic of the images' masks, as a segmenter publishes them; empty where there is none.
     min_bend_radius : str
         Least radius of bends, below which diagnostics warn, as on the command line; empty for none.
+    robot : str
+        File of a robot, YAML or URDF, that hides cables and holds their ends; empty for none.
+    answers : str
+        Answers to publish, after commas: topology, shape, std; empty for none.
 
     Raises
     ------
@@ -72,6 +76,8 @@ class Parameters:
     depth_unit: float = 0.001
     mask_topic: str = ""
     min_bend_radius: str = ""
+    robot: str = ""
+    answers: str = ""
 
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():
@@ -118,6 +124,16 @@ class Parameters:
             If it is none.
         """
         return BendLimit.parse(self.min_bend_radius) if self.min_bend_radius else None
+
+    def answer_kinds(self) -> tuple[str, ...]:
+        """Return the names of the answers to publish.
+
+        Raises
+        ------
+        InputError
+            If there is no such answer.
+        """
+        return check_kinds([kind.strip() for kind in self.answers.split(",")]) if self.answers else ()
 
     def make_pipeline(self) -> Pipeline:
         """Return the pipeline that is asked for; an empty text, or 0, leaves the choice to the configuration.

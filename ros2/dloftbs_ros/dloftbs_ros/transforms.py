@@ -1,4 +1,4 @@
-"""Curves in another coordinate frame, by the transforms that are published on ``/tf`` and ``/tf_static``."""
+"""Curves and cameras in another coordinate frame, by the transforms on ``/tf`` and ``/tf_static``."""
 
 from __future__ import annotations
 
@@ -8,17 +8,20 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from dloftbs.errors import DloftbsError
 from dloftbs.ros import SampledTrack
+
+FloatArray = npt.NDArray[np.float64]
 
 WAIT_S = 0.1
 """Longest wait for a transform at a frame's time: two of those that a slow robot publishes, at 20 a second."""
 
 
 class TransformError(DloftbsError):
-    """There is no transform into the target frame at a frame's time."""
+    """There is no transform between two coordinate frames at a frame's time."""
 
 
 class Transforms:
@@ -37,9 +40,11 @@ class Transforms:
 
     def __init__(self, node: Any) -> None:
         try:
-            self._tf2 = import_module("tf2_ros")  # late: it is needed where a target frame is asked for
+            self._tf2 = import_module("tf2_ros")  # late: it is needed where a parameter asks for it
         except ModuleNotFoundError as error:
-            raise DloftbsError(f"target_frame needs the ROS package tf2_ros_py: {error}") from error
+            raise DloftbsError(
+                f"target_frame, or a robot without a camera_pose, needs the ROS package tf2_ros_py: {error}"
+            ) from error
         self._buffer = self._tf2.Buffer()
         self._listener = self._tf2.TransformListener(self._buffer, node)
 
@@ -62,11 +67,27 @@ class Transforms:
         """
         if source == target:
             return list(samples)
+        return moved(samples, self.pose(source, target, stamp_ns))
+
+    def pose(self, source: str, target: str, stamp_ns: int) -> FloatArray:
+        """Return the pose (4, 4) of one coordinate frame in another.
+
+        Parameters
+        ----------
+        source, target : str
+            Coordinate frames: ``p_target = pose @ p_source``.
+        stamp_ns : int
+            Time of the pose.
+
+        Raises
+        ------
+        TransformError
+            If there is no transform at that time.
+        """
         try:
-            transform = self._at(source, target, stamp_ns).transform
+            return matrix_of(self._at(source, target, stamp_ns).transform)
         except self._tf2.TransformException as error:
             raise TransformError(f"no transform from {source!r} to {target!r}: {error}") from error
-        return moved(samples, transform)
 
     def forget(self) -> None:
         """Forget the transforms of the past, as for a recording that begins anew."""
@@ -84,9 +105,15 @@ class Transforms:
             return self._buffer.lookup_transform(target, source, time, Duration(seconds=WAIT_S))
 
 
-def moved(samples: Iterable[SampledTrack], transform: Any) -> list[SampledTrack]:
-    """Return points as a ``geometry_msgs/Transform`` moves them."""
+def matrix_of(transform: Any) -> FloatArray:
+    """Return a ``geometry_msgs/Transform`` as a matrix (4, 4)."""
     turn, shift = transform.rotation, transform.translation
-    rotation = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()
-    offset = np.array([shift.x, shift.y, shift.z])
-    return [replace(sample, points=sample.points @ rotation.T + offset) for sample in samples]
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()
+    matrix[:3, 3] = shift.x, shift.y, shift.z
+    return matrix
+
+
+def moved(samples: Iterable[SampledTrack], pose: FloatArray) -> list[SampledTrack]:
+    """Return points in the frame in which theirs has a pose (4, 4)."""
+    return [replace(sample, points=sample.points @ pose[:3, :3].T + pose[:3, 3]) for sample in samples]

@@ -16,6 +16,7 @@ TOPICS = {
     "image": ("/camera/camera/color/image_raw", "topic of the images, or of masks"),
     "depth": ("/camera/camera/aligned_depth_to_color/image_raw", "topic of depth in the pixels of the images"),
     "camera_info": ("/camera/camera/color/camera_info", "topic of the camera of the images"),
+    "joint_states": ("/joint_states", "topic of the joints of a robot"),
 }
 PARAMETERS: dict[str, tuple[type, str]] = {
     "config": (str, "file of settings, as `dloftbs config` prints them"),
@@ -31,9 +32,11 @@ PARAMETERS: dict[str, tuple[type, str]] = {
     "depth_unit": (float, "metres per count of integer depth"),
     "mask_topic": (str, "topic of the images' masks, as a segmenter publishes them"),
     "min_bend_radius": (str, "least radius of bends, in metres, or in pixels as in 40px"),
+    "robot": (str, "YAML or URDF of a robot that hides cables"),
+    "answers": (str, "answers to publish: topology,shape,std"),
 }
 """Parameters of the node and their types; an empty argument leaves the value to the file of parameters."""
-OUTPUTS = ("points", "markers", "points_px", "overlay/compressed", "mask", "diagnostics")
+OUTPUTS = ("points", "markers", "points_px", "overlay/compressed", "mask", "answers", "diagnostics")
 
 
 def generate_launch_description() -> LaunchDescription:

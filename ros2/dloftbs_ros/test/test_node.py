@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 from pathlib import Path
 from time import monotonic
@@ -13,7 +14,8 @@ from conftest import FRAME_ID, MAKE, PERIOD_NS, T0_NS, header, rows_of, values_o
 from dloftbs_ros.parameters import Parameters
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.srv import GetParameters, ListParameters
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState
+from std_msgs.msg import String
 from std_srvs.srv import Empty
 
 from dloftbs.ros import camera_message, image_message, mask_message, picture_message
@@ -132,6 +134,46 @@ def test_curves_in_metres_come_back_with_time_frame_and_id(peer):
     )
     assert peer.interrupt() == 0, peer.log()
     assert "Traceback" not in peer.log()
+
+
+ARM = """
+joints:
+  - {name: rail, type: prismatic, parent: base, child: arm, axis: [1, 0, 0]}
+capsules:
+  - {link: arm, start_m: [0, -0.5, 0.3], end_m: [0, 0.5, 0.3], radius_m: 0.03}
+grippers:
+  - {link: arm, point_m: [0, 0, 0.3], radius_m: 5.0}
+"""
+"""A beam before the camera, whose gripper reaches everything."""
+
+
+def test_a_robot_by_joints_and_tf_holds_the_ends_and_answers_come_as_lines_of_json(peer, tmp_path):
+    (tmp_path / "robot.yaml").write_text(ARM)
+    camera = Camera(peer)
+    joints = peer.publisher(JointState, "/joint_states")
+    transform = peer.publisher(TransformStamped, "/transform")
+    answers = []
+    peer.node.create_subscription(String, "/dloftbs/answers", answers.append, 50)
+    asked = [*REMAPS, "-p", f"robot:={tmp_path / 'robot.yaml'}", "-p", "answers:=topology,std"]
+    peer.start(*asked, PYTHONPATH=STAND_IN)
+    peer.wait_matched(*camera.publishers, joints, transform)
+    camera.send(0)  # nobody knows where the robot is
+    peer.wait("a frame without the robot", lambda: peer.heard["diagnostics"])
+    assert "a frame goes without the robot: joints are unknown" in peer.heard["diagnostics"][0].status[0].message
+    for index in range(1, 4):
+        placed = TransformStamped(header=header(index), child_frame_id=FRAME_ID)
+        placed.header.frame_id = "base"
+        transform.publish(placed)
+        joints.publish(JointState(header=header(index), name=["rail"], position=[-0.2]))
+        peer.listen(0.2)
+        camera.send(index)
+        peer.wait(f"frame {index}", lambda last=T0_NS + index * PERIOD_NS: last in peer.stamps("diagnostics"))
+    peer.wait("answers", lambda: len(answers) == 4)
+    assert values_of(peer.heard["diagnostics"][-1])["without robot"] == "1"
+    rows = [json.loads(answer.data) for answer in answers]
+    assert rows[0]["tracks"][0]["ends"] != ["held", "held"] == rows[-1]["tracks"][0]["ends"]
+    assert rows[-1]["topology"]["is_knotted"] is False
+    assert len(rows[-1]["tracks"][0]["std"]["m"]) == 11
 
 
 def test_topics_of_a_realsense_give_metres_once_they_are_named(peer):

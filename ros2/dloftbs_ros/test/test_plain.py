@@ -17,7 +17,7 @@ from dloftbs_ros.publishers import (
     missing_mask_text,
     silence_text,
 )
-from dloftbs_ros.transforms import moved
+from dloftbs_ros.transforms import matrix_of, moved
 from dloftbs_ros.watch import SILENT_S, Watch
 
 from dloftbs import BSplineCurve
@@ -245,7 +245,7 @@ def test_points_are_moved_by_a_transform():
     half = np.sqrt(0.5)
     quarter_turn = SimpleNamespace(x=0.0, y=0.0, z=half, w=half)  # about z: x becomes y
     shift = SimpleNamespace(x=1.0, y=2.0, z=3.0)
-    (there,) = moved([sample], SimpleNamespace(rotation=quarter_turn, translation=shift))
+    (there,) = moved([sample], matrix_of(SimpleNamespace(rotation=quarter_turn, translation=shift)))
     assert np.allclose(there.points, [[0.8, 2.1, 3.3], [1.0, 3.0, 3.0]])
     assert (
         there.track is track and np.array_equal(there.s, sample.s) and np.array_equal(there.inferred, sample.inferred)

@@ -200,7 +200,7 @@ class Detection(ObjectShape):
             If a ``u`` is not on the curve.
         """
         at = self.curve.u_at(self.curve.t_at(u))
-        terms = terms_in_image(self.curve, self.centerline, self.joints, self.inferred, at.ravel())
+        terms = terms_in_image(self.curve, self.centerline, self.inferred, at.ravel())
         return deviation(terms, WEIGHTS).reshape(at.shape)
 
     def curve_3d_std(self, u_3d: npt.ArrayLike) -> FloatArray:

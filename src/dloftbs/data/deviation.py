@@ -6,29 +6,22 @@ Computed when it is asked for. The weights are fitted on sources of many kinds, 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.data.centerline import Centerline, JointKind
+from dloftbs.data.centerline import Centerline
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.spans import Spans
 from dloftbs.support.arrays import FloatArray
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from dloftbs.data.centerline import Joint
-
-WEIGHTS = np.array([0.061, 1.0, 0.534, 0.004, 0.052])
-"""Factors of the terms in the image: a pixel's grid, misfit, roughness, ends and crossings, inferred parts.
+WEIGHTS = np.array([0.296, 1.357, 0.949, 0.501, 2.872, 0.039])
+"""Factors of the terms in the image: grid, misfit, roughness, bends, radii that were not measured, inferred parts.
 
 Source: fitted by benchmarks.fit_deviation.
 """
 
-WEIGHTS_3D = np.array([0.997, 0.451, 0.006, 0.029])
-"""Factors of the terms in space: across the line of sight, noise of depth, the width, parts that no depth shows.
+WEIGHTS_3D = np.array([1.0, 2.057, 0.014, 0.018])
+"""Factors of the terms in space: across the line of sight, depth's noise, the width where it recedes, unseen parts.
 
 Source: fitted by benchmarks.fit_deviation.
 """
@@ -39,36 +32,85 @@ _MISFIT_WIDTHS = 3.0
 Source: by definition; two distances between the densest knots.
 """
 
-_ROUGHNESS_WIDTHS = 6.0
+_ROUGHNESS_WIDTHS = 12.0
 """Length over which the local radii are compared, widths.
 
-Source: by definition; twice as long, since a radius is the mean of two edges' places.
+Source: by definition; two bends of the shortest waves that a cable of that width can have.
+"""
+
+_CUBIC_ERROR = 1.0 / 384.0
+"""Largest error of a cubic spline over its fourth derivative and the fourth power of its step.
+
+Source: by definition; C. A. Hall, W. W. Meyer, 1976, for half of a step.
 """
 
 
-def terms_in_image(
-    curve: BSplineCurve, line: Centerline, joints: Sequence[Joint], inferred: Spans, u: FloatArray
-) -> FloatArray:
-    """Return the terms (n, 5), px, whose squares, with `WEIGHTS`, sum up to the variance at `u` (n,)."""
-    width, length = line.width_px, curve.length
+def terms_in_image(curve: BSplineCurve, line: Centerline, inferred: Spans, u: FloatArray) -> FloatArray:
+    """Return the terms (n, 6), px, whose squares, with `WEIGHTS`, sum up to the variance at `u` (n,).
+
+    A curve averages the noise of its pixels over the distance of its knots, the more the longer that is.
+    """
+    width, length, at = line.width_px, curve.length, u * curve.length
+    spacing = np.maximum(_spacing(curve, u), width / _MISFIT_WIDTHS)
+    averaged = np.sqrt(width / spacing)
+
+    # Steps of an edge on the grid lie far apart where it runs along rows, columns or diagonals.
+    sides = np.sort(np.abs(curve.tangent(u)), axis=1)
+    slope = sides[:, 0] / sides[:, 1]
+    grid = 1.0 / np.sqrt(spacing * (1.0 + spacing * np.minimum(slope, 1.0 - slope)))
+
     off = line.points - curve.spline(line.u)
     along = curve.spline(line.u, nu=1)
     across = (along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0]) / np.maximum(np.linalg.norm(along, axis=1), 1e-12)
-    places, at = curve.u_at(line.u) * length, u * length
+    places = curve.u_at(line.u) * length
     misfit = np.sqrt(_mean_near(places, across**2, at, _MISFIT_WIDTHS * width))
-    radius = line.radius - np.median(line.radius)
-    level = _mean_near(places, radius, at, _ROUGHNESS_WIDTHS * width)
-    square = _mean_near(places, radius**2, at, _ROUGHNESS_WIDTHS * width)
-    roughness = np.sqrt(np.maximum(square - level**2, 0.0))
-    crossings = [joint.u for joint in joints if joint.kind is JointKind.CROSSING]
-    ends = () if curve.closed else ((0.0, 0.0), (1.0, 1.0))
-    near = np.zeros(len(u))
-    for low, high in (*crossings, *ends):
-        away = np.maximum(np.maximum(low - u, u - high), 0.0) * length
-        near = np.maximum(near, np.maximum(width - away, 0.0))
+    # Radii that are equal to the last bit were laid along the line, as where cables run side by side.
+    equal = np.append(np.diff(line.radius) == 0.0, [False])
+    unmeasured = _mean_near(places, equal.astype(np.float64), at, _MISFIT_WIDTHS * width)
+    roughness = _roughness(places, line.radius, at, _ROUGHNESS_WIDTHS * width)
     hidden = depth_inside(u, inferred) * length
     hidden[hidden > 0.0] += 0.5 * width
-    return np.stack((np.ones(len(u)), misfit, roughness, near, hidden), axis=1)
+    columns = (
+        grid,
+        misfit * averaged,
+        roughness * averaged,
+        _bends(curve)[_spans(curve, u)],
+        unmeasured * misfit,
+        hidden,
+    )
+    return np.stack(columns, axis=1)
+
+
+def _spans(curve: BSplineCurve, u: FloatArray) -> npt.NDArray[np.intp]:
+    """Return the numbers (n,) of the spans between knots in which places lie."""
+    spans: npt.NDArray[np.intp] = np.clip(np.searchsorted(curve.breaks, curve.t_at(u)) - 1, 0, len(curve.breaks) - 2)
+    return spans
+
+
+def _spacing(curve: BSplineCurve, u: FloatArray) -> FloatArray:
+    """Return the lengths (n,) of the spans between knots in which places lie, in the curve's unit."""
+    lengths: FloatArray = np.diff(curve.u_at(curve.breaks)) * curve.length
+    return lengths[_spans(curve, u)]
+
+
+def _bends(curve: BSplineCurve) -> FloatArray:
+    """Return how far the true curve may bend away from each span of a spline, by the jumps of the third derivative."""
+    steps = np.diff(curve.breaks)
+    third = curve.spline(curve.breaks[:-1] + 0.5 * steps, nu=3)
+    jumps = np.linalg.norm(np.diff(third, axis=0), axis=1)
+    around = np.concatenate(([0.0], jumps, [0.0]))
+    bends: FloatArray = _CUBIC_ERROR * steps**3 * np.maximum(around[:-1], around[1:])
+    return bends
+
+
+def _roughness(places: FloatArray, radius: FloatArray, at: FloatArray, window: float) -> FloatArray:
+    """Return the deviation (m,) of radii (n,) around others' places from a straight line: perspective is no noise."""
+    x, y = places - np.mean(places), radius - np.median(radius)
+    x_mean, y_mean, xx, xy, yy = (_mean_near(places, values, at, window) for values in (x, y, x * x, x * y, y * y))
+    xx, xy, yy = xx - x_mean**2, xy - x_mean * y_mean, yy - y_mean**2
+    explained = np.divide(xy**2, xx, out=np.zeros(len(at)), where=xx > 1e-9)
+    rough: FloatArray = np.sqrt(np.maximum(yy - explained, 0.0))
+    return rough
 
 
 def terms_in_space(
@@ -81,10 +123,15 @@ def terms_in_space(
     u_3d: FloatArray,
 ) -> FloatArray:
     """Return the terms (n, 4), metres, whose squares, with `WEIGHTS_3D`, sum up to the variance at `u_3d` (n,)."""
-    depth = curve_3d(u_3d)[:, 2]
+    points = curve_3d(u_3d)
+    px = points[:, 2] / focal_px
+    # The noise of depth is averaged over the pixels from knot to knot.
+    pixels = _spacing(curve_3d, u_3d) / px
+    noise = noise_per_m * points[:, 2] ** 2 / np.sqrt(np.maximum(pixels, 1.0))
+    rays = points / np.linalg.norm(points, axis=1, keepdims=True)
+    recedes = np.abs((curve_3d.tangent(u_3d) * rays).sum(axis=1))
     hidden = depth_inside(u_3d, inferred_3d) * curve_3d.length
-    width_m = width_px * depth / focal_px
-    return np.stack((std_px * depth / focal_px, noise_per_m * depth**2, width_m, hidden), axis=1)
+    return np.stack((std_px * px, noise, recedes * width_px * px, hidden), axis=1)
 
 
 def deviation_at(std: FloatArray, curve: BSplineCurve, u: npt.ArrayLike) -> FloatArray:

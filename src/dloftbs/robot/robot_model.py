@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.camera import CameraLike, as_camera, as_pose
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.bodies import Body, Mask, cover
 from dloftbs.robot.kinematics import DEFAULT_BASE, RobotJoint, place_links, sort_joints
 from dloftbs.robot.robot_gripper import RobotGripper
 from dloftbs.support.arrays import FloatArray
-from dloftbs.support.values import check_path, check_size
+from dloftbs.support.values import check_path, check_size, check_type
 
 PoseLike = npt.ArrayLike | Mapping[str, Any]
 """Poses as `dloftbs.camera.as_pose` takes them."""
@@ -110,6 +112,38 @@ class RobotModel:
     def has_camera(self) -> bool:
         """True if the robot knows its camera's pose."""
         return self._camera_pose is not None
+
+    @property
+    def base(self) -> str:
+        """Name of the link that the others are placed from."""
+        return self._base
+
+    def seen_in(self, frame: Frame, joints: Mapping[str, float], pose: PoseLike | None = None) -> Frame:
+        """Return a frame with the pixels that the robot covers as occluders, and the grippers that hold.
+
+        Occluders that the frame has already stay occluders.
+
+        Parameters
+        ----------
+        frame : Frame
+            With a camera.
+        joints, pose
+            As `occluders`.
+
+        Raises
+        ------
+        InputError
+            As `occluders`, or if the frame has no camera.
+        """
+        check_type("frame", frame, Frame)
+        if frame.camera is None:
+            raise InputError(
+                f"frame {frame.index}: a robot is rendered by the camera's intrinsics, and the frame has none: --camera"
+            )
+        covered = self.occluders(joints, frame.camera, frame.size, pose)
+        if frame.occluders is not None:
+            covered |= frame.occluders != 0
+        return replace(frame, occluders=covered, grippers=self.grippers(joints, pose))
 
     def occluders(
         self,

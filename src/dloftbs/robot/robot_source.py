@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from dloftbs.camera import as_pose
 from dloftbs.data.frame import Frame
@@ -74,18 +73,8 @@ class RobotSource(Source):
                         logger.warning("frame %d goes without the robot: its joints are unknown then", frame.index)
                     yield frame
                 else:
-                    yield self._with_robot(frame, positions)
+                    yield self._robot.seen_in(frame, positions, self._pose)
         finally:
             self.skipped = self._source.skipped
             if without > 1:
                 logger.warning("%d frames went without the robot, since its joints are unknown then", without)
-
-    def _with_robot(self, frame: Frame, positions: dict[str, float]) -> Frame:
-        if frame.camera is None:
-            raise InputError(
-                f"frame {frame.index}: a robot is rendered by the camera's intrinsics, and the frame has none: --camera"
-            )
-        covered = self._robot.occluders(positions, frame.camera, frame.size, self._pose)
-        if frame.occluders is not None:
-            covered |= frame.occluders != 0
-        return replace(frame, occluders=covered, grippers=self._robot.grippers(positions, self._pose))

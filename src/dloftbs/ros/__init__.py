@@ -19,6 +19,7 @@ from dloftbs.ros.message_factory import MessageFactory, RclpyFactory, RosbagsFac
 from dloftbs.ros.recording import Recording
 from dloftbs.ros.result_messages import (
     Header,
+    answers_message,
     camera_message,
     diagnostics_message,
     header_of,
@@ -41,6 +42,7 @@ __all__ = [
     "RosFrame",
     "RosbagsFactory",
     "SampledTrack",
+    "answers_message",
     "camera_message",
     "camera_of",
     "diagnostics_message",

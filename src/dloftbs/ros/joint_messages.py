@@ -1,10 +1,11 @@
-"""Positions of a robot's joints from a recording."""
+"""Positions of a robot's joints from messages, and from a recording of them."""
 
 from __future__ import annotations
 
 import logging
-from collections import defaultdict
+import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,11 +20,62 @@ logger = logging.getLogger("dloftbs.sources")
 JOINT_TYPE = "sensor_msgs/msg/JointState"
 
 
+class JointRows:
+    """Positions of joints from messages of ``sensor_msgs/JointState``, as they come.
+
+    Messages may hold some of the joints each, as of an arm and its gripper.
+
+    Parameters
+    ----------
+    keep_s : float
+        Time that is kept before the newest position of each joint; all of it where it is left out.
+    """
+
+    def __init__(self, keep_s: float = math.inf) -> None:
+        self._keep_s = keep_s
+        self._rows: dict[str, dict[float, float]] = {}
+
+    def take(self, message: Any, stamp_ns: int) -> None:
+        """Take the positions of a message, whatever library made it, at the time of its header.
+
+        Parameters
+        ----------
+        message : sensor_msgs/JointState
+        stamp_ns : int
+            Time where the header has none.
+
+        Raises
+        ------
+        InputError
+            If the positions are neither as many as the names nor none, or one is not finite.
+        """
+        time = (stamp_ns_of(message) or stamp_ns) / NS_PER_S
+        names, places = field_of(message, "name"), np.asarray(field_of(message, "position"), np.float64)
+        if len(places) not in (0, len(names)) or not np.isfinite(places).all():
+            raise InputError(f"a JointState has {len(names)} names and {len(places)} positions, or one is not finite")
+        for name, place in zip(names, places.tolist(), strict=False):  # drivers may leave all positions out
+            row = self._rows.setdefault(name, {})
+            row[time] = place
+            while (first := next(iter(row))) < time - self._keep_s:
+                del row[first]
+
+    def states(self) -> JointStates | None:
+        """Return the joints at the times of the one that came most often, or None where none came."""
+        if not self._rows:
+            return None
+        densest = max(self._rows, key=lambda name: len(self._rows[name]))
+        times = np.array(sorted(self._rows[densest]))
+        positions = {}
+        for name, row in self._rows.items():
+            keys = sorted(row)
+            positions[name] = np.interp(times, keys, [row[key] for key in keys])
+        return JointStates(times, positions)
+
+
 def read_joints(path: str | Path, topic: str) -> JointStates:
     """Return the joints of a topic of ``sensor_msgs/JointState``, at the times of their headers.
 
-    Messages may hold some of the joints each, as of an arm and its gripper. One that cannot be read is left out; the
-    first is named in a warning.
+    A message that cannot be read is left out; the first is named in a warning.
 
     Raises
     ------
@@ -36,38 +88,21 @@ def read_joints(path: str | Path, topic: str) -> JointStates:
         if topic not in known:
             listed = ", ".join(known) or "none"
             raise SourceError(f"{path}: there are no joints on {topic!r}; topics of JointState are: {listed}")
-        rows = _rows(recording, topic)
+        states = _read(recording, topic).states()
     finally:
         recording.close()
-    times = np.unique([time for row in rows.values() for time in row])
-    if not len(times):
+    if states is None:
         raise SourceError(f"{path}: no message of {topic} holds the position of a joint")
-    positions = {}
-    for name, row in rows.items():
-        keys = sorted(row)
-        positions[name] = np.interp(times, keys, [row[key] for key in keys])
-    return JointStates(times, positions)
+    return states
 
 
-def _rows(recording: Recording, topic: str) -> dict[str, dict[float, float]]:
-    """Return the positions of each joint by time, seconds."""
-    types = MessageTypes(is_ros1=recording.is_ros1)
-    rows: dict[str, dict[float, float]] = defaultdict(dict)
-    has_failed = False
+def _read(recording: Recording, topic: str) -> JointRows:
+    types, rows, has_failed = MessageTypes(is_ros1=recording.is_ros1), JointRows(), False
     for raw in recording.messages({topic}):
         try:
-            message = types.read(raw.data, JOINT_TYPE)
-            stamp_ns = stamp_ns_of(message) or raw.stamp_ns
-            names, places = field_of(message, "name"), np.asarray(field_of(message, "position"), np.float64)
-            if len(places) not in (0, len(names)) or not np.isfinite(places).all():
-                raise InputError(
-                    f"a JointState has {len(names)} names and {len(places)} positions, or one is not finite"
-                )
+            rows.take(types.read(raw.data, JOINT_TYPE), raw.stamp_ns)
         except InputError as error:
             if not has_failed:
                 logger.warning("%s: a message of %s is left out: %s", recording.path, topic, error)
             has_failed = True
-            continue
-        for name, place in zip(names, places.tolist(), strict=False):  # drivers may leave all positions out
-            rows[name][stamp_ns / NS_PER_S] = place
     return rows

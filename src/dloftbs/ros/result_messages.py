@@ -6,7 +6,7 @@ frame; those in pixels carry a frame of their own, which no transform leads to: 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.data.answers import BendLimit
+from dloftbs.data.answers import BendLimit, with_answers
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
@@ -24,6 +24,7 @@ from dloftbs.ros.message_fields import NS_PER_S
 from dloftbs.ros.track_samples import SampledTrack, checked_samples
 from dloftbs.support.array_likes import as_array
 from dloftbs.support.arrays import AnyArray, check_depth, check_image, check_mask
+from dloftbs.support.json_text import encode_line
 from dloftbs.support.text import readable
 from dloftbs.support.values import check_integer, check_size, check_text, check_type, set_fields
 
@@ -237,6 +238,26 @@ def picture_message(make: MessageFactory, header: Any, jpeg: bytes) -> Any:
     check_type("make", make, MessageFactory)
     check_type("jpeg", jpeg, bytes)
     return make("sensor_msgs/msg/CompressedImage", header=header, format="jpeg", data=np.frombuffer(jpeg, np.uint8))
+
+
+def answers_message(make: MessageFactory, result: FrameResult, kinds: Sequence[str]) -> Any:
+    """Return a result with answers as a ``std_msgs/String``: a line of JSON, as a `JsonLinesSink` writes it.
+
+    Parameters
+    ----------
+    make : MessageFactory
+    result : FrameResult
+    kinds : sequence of str
+        As `data.answers.with_answers` takes them: ``"topology"``, ``"shape"``, ``"std"``.
+
+    Raises
+    ------
+    InputError
+        If an argument is of another type, or there is no such answer.
+    """
+    check_type("make", make, MessageFactory)
+    check_type("result", result, FrameResult)
+    return make("std_msgs/msg/String", data=encode_line(with_answers(result, kinds)).decode().rstrip())
 
 
 def diagnostics_message(

@@ -14,7 +14,6 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.object_shape import width_in_space
 from dloftbs.errors import InputError, SinkError
 from dloftbs.sinks._rows import ObjectRow, object_rows
-from dloftbs.support.arrays import FloatArray
 
 logger = logging.getLogger("dloftbs.sinks")
 
@@ -67,11 +66,6 @@ def check_radius(radius_m: float | None) -> float | None:
     if radius_m is not None and not 0.0 < radius_m < math.inf:
         raise InputError(f"radius_m must be a positive number, got {radius_m!r}")
     return radius_m
-
-
-def placed(points: FloatArray, pose: FloatArray | None) -> FloatArray:
-    """Return points (n, 3) of the camera's frame in the world."""
-    return points if pose is None else points @ pose[:3, :3].T + pose[:3, 3]
 
 
 class SpaceObjects:

@@ -9,15 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.camera import as_pose
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.errors import InputError
-from dloftbs.sinks._in_space import SpaceObjects, check_radius, placed
-from dloftbs.sinks.sink import PathSink
+from dloftbs.sinks._scene import SceneSink
 from dloftbs.support.arrays import FloatArray
-from dloftbs.support.safe_files import claim_replaceable, write_whole
+from dloftbs.support.safe_files import write_whole
 
 SUFFIX = ".xml"
 
@@ -36,7 +33,7 @@ Source: by definition; from what any cable needs to bend, to what MuJoCo steps i
 _PLACES_A_SEGMENT = 8
 
 
-class MujocoSink(PathSink):
+class MujocoSink(SceneSink):
     """Writes the curves in space of the newest frame as a MuJoCo model in which each object is a cable.
 
     Each object is a ``composite`` of the type ``cable``, a chain of capsules along the curve with ball joints between
@@ -82,13 +79,7 @@ class MujocoSink(PathSink):
         radius_m: float | None = None,
         pose: npt.ArrayLike | Mapping[str, Any] | None = None,
     ) -> None:
-        super().__init__(path)
-        if self._path.suffix.lower() != SUFFIX:
-            raise InputError(f"a MuJoCo model's name must end in {SUFFIX}, got {str(path)!r}")
-        self._radius_m = check_radius(radius_m)
-        self._pose = None if pose is None else as_pose("pose", pose)
-        self._in_space = SpaceObjects(self._path)
-        self._claim = claim_replaceable(self._path)
+        super().__init__(path, SUFFIX, "a MuJoCo model", radius_m, pose)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         found = self._in_space.of(result)
@@ -96,15 +87,14 @@ class MujocoSink(PathSink):
             return
         cables, exclusions, connections = [], [], []
         for one in found:
-            vertices = placed(_vertices(one.curve), self._pose)
-            radius = self._radius_m or one.radius_m(frame.camera)
+            vertices = self._placed(_vertices(one.curve))
+            radius = self._radius_of(one, frame)
             cables.append(_cable(one.name, vertices, radius))
             exclusions += _exclusions(one.name, vertices, radius, one.curve.closed)
             if one.curve.closed:
                 connections.append(_connection(one.name, vertices))
-        frame_of = "the camera's frame: x right, y down, z forward" if self._pose is None else "the world, z upwards"
         text = _MODEL.format(
-            frame=frame_of,
+            frame=self._frame_text,
             gravity="0 0 0" if self._pose is None else "0 0 -9.81",
             cables="".join(cables),
             contact=_section("contact", exclusions),

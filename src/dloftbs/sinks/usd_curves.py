@@ -12,13 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.camera import as_pose
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.errors import InputError
-from dloftbs.sinks._in_space import SpaceObject, SpaceObjects, check_radius, placed
-from dloftbs.sinks.sink import PathSink
-from dloftbs.support.safe_files import claim_replaceable, write_whole
+from dloftbs.sinks._in_space import SpaceObject
+from dloftbs.sinks._scene import SceneSink
+from dloftbs.support.safe_files import write_whole
 from dloftbs.support.values import check_integer
 
 SUFFIX = ".usda"
@@ -44,7 +42,7 @@ class _Cable:
     moments: list[_Moment] = field(default_factory=list)
 
 
-class UsdSink(PathSink):
+class UsdSink(SceneSink):
     """Writes the curves in space of a stream as one USD scene in text, which simulators and viewers open.
 
     Each object is a prim ``/World/cable_ID`` of the type ``BasisCurves``, by the id of its track; without tracks it is
@@ -93,18 +91,12 @@ class UsdSink(PathSink):
         radius_m: float | None = None,
         pose: npt.ArrayLike | Mapping[str, Any] | None = None,
     ) -> None:
-        super().__init__(path)
-        if self._path.suffix.lower() != SUFFIX:
-            raise InputError(f"a USD scene's name must end in {SUFFIX}, got {str(path)!r}")
-        self._points = check_integer("points", points, 2, _MAX_POINTS)
-        self._radius_m = check_radius(radius_m)
-        self._pose = None if pose is None else as_pose("pose", pose)
-        self._in_space = SpaceObjects(self._path)
+        self._points = check_integer("points", points, 2, _MAX_POINTS)  # nothing is claimed for a wrong argument
+        super().__init__(path, SUFFIX, "a USD scene", radius_m, pose)
         self._cables: dict[str, _Cable] = {}
         self._indices: list[int] = []
         self._stamps: list[float | None] = []
         self._tried = 0  # frames of the scene that was last written, or would have been
-        self._claim = claim_replaceable(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         moments = [(one, self._moment(one, frame)) for one in self._in_space.of(result)]
@@ -117,11 +109,9 @@ class UsdSink(PathSink):
             self._write_scene()
 
     def _moment(self, one: SpaceObject, frame: Frame) -> _Moment:
-        points = placed(one.curve.sample(self._points), self._pose)
+        points = self._placed(one.curve.sample(self._points))
         points = points[:-1] if one.curve.closed else points
-        return _Moment(
-            len(self._indices), points.astype(np.float32), 2.0 * (self._radius_m or one.radius_m(frame.camera))
-        )
+        return _Moment(len(self._indices), points.astype(np.float32), 2.0 * self._radius_of(one, frame))
 
     def _close(self) -> None:
         with self._claim:
@@ -136,11 +126,10 @@ class UsdSink(PathSink):
 
     def _scene(self) -> bytes:
         rate, codes = _time_codes(self._stamps, self._indices)
-        place = "the camera's frame: x right, y down, z forward" if self._pose is None else "the world, z upwards"
         header = [
             "#usda 1.0",
             "(",
-            f'    doc = "Cables seen by a camera, in metres, in {place}"',
+            f'    doc = "Cables seen by a camera, in metres, in {self._frame_text}"',
             '    defaultPrim = "World"',
             "    metersPerUnit = 1",
             '    upAxis = "Z"',

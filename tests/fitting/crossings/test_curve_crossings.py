@@ -236,6 +236,20 @@ class TestWhichIsOnTop:
         assert crossing.top == top
         assert crossing.confidence > 0.9
 
+    @pytest.mark.parametrize(("apart", "is_sure"), [(2.2, False), (3.6, True)])
+    def test_an_order_beside_a_third_stretch_of_a_cable_is_hardly_sure(self, apart: float, is_sure: bool) -> None:
+        radius, y = 0.5 * apart * WIDTH, np.linspace(40.0, 190.0, 60)
+        turn = np.linspace(np.pi, 0.0, 30)[1:-1]
+        around = np.stack((150.0 + radius * np.cos(turn), 190.0 + radius * np.sin(turn)), axis=1)
+        down, up = (
+            np.stack((np.full(60, 150.0 + side * radius), y[::way]), axis=1) for side, way in ((-1, 1), (1, -1))
+        )
+        hairpin = curve_through(np.concatenate((down, around, up)))
+        image = paint([(FLAT, BLUE), (hairpin, BLUE)], shaded=True)
+        found = crossings(FLAT, hairpin, image=image)
+        assert [one.top for one in found] == [1, 1]
+        assert [one.confidence > 0.8 for one in found] == [is_sure, is_sure]
+
     @pytest.mark.parametrize("top", [0, 1])
     def test_a_loop_lies_on_itself(self, top: int) -> None:
         curve = looped()
