@@ -178,6 +178,20 @@ class ColourModel:
             return np.asarray(self._by_colour[log_colours.cells_of(image)], np.float32)
         return self._pixels(image)
 
+    def near(self, image: npt.NDArray[np.uint8], places: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
+        """Return the mask of an image (H, W, 3) around places, non-zero in (H, W): elsewhere nothing is cable.
+
+        A colour that decides alone decides everywhere: it costs no more.
+
+        Raises
+        ------
+        InputError
+            If it is no such image.
+        """
+        if self._pixels is None or 0 in image.shape:
+            return self(image)
+        return np.asarray(self._pixels(check_image(image), places) >= 0.5)
+
     def colour_log_odds(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
         """Return the log-odds that the colour of each pixel (H, W, 3) is a cable's, where both are as frequent."""
         return np.asarray(self._log_ratio.ravel()[log_colours.cells_of(check_image(image))])

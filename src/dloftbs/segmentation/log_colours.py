@@ -32,7 +32,7 @@ CELLS = 64
 Source: bounds time; a table of as many colours is made in 20 ms.
 """
 
-_AXES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0], [1.0, -2.0, 1.0]]) / np.sqrt([[3.0], [2.0], [6.0]])
+AXES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0], [1.0, -2.0, 1.0]]) / np.sqrt([[3.0], [2.0], [6.0]])
 """Unit vectors of lightness and of the two axes of tint in red, green and blue.
 
 Source: geometry.
@@ -44,7 +44,7 @@ def cell_places() -> npt.NDArray[np.float32]:
     """Return the place in the histogram of every cell of 4 counts, shape (3, 64 red, 64 green, 64 blue), in bins."""
     centres = np.log(np.arange(CELLS) * (256 / CELLS) + 0.5 * (256 / CELLS - 1) + OFFSET)
     rgb = np.stack(np.meshgrid(centres, centres, centres, indexing="ij")).reshape(3, -1)
-    places = (_AXES @ rgb) / BINS[:, None]
+    places = (AXES @ rgb) / BINS[:, None]
     places -= places.min(axis=1, keepdims=True)
     places.setflags(write=False)
     return places.reshape(3, CELLS, CELLS, CELLS).astype(np.float32)
