@@ -12,6 +12,8 @@ from dloftbs.config import SegmentationConfig
 from dloftbs.errors import ConfigError
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.server import serve
+from dloftbs.ui.tune_document import DrawnStroke, TuneDocument
+from dloftbs.ui.tune_segmentation import Translator
 from dloftbs.ui.tune_session import TuneSession
 
 COMMAND = "dloftbs track cable.mp4 --config cable.yaml"
@@ -352,3 +354,67 @@ def test_a_region_alone_can_be_saved():
         client.text("state", lambda state: state["roi"])
         client.send(type="save")
         assert Config.from_yaml(client.text("saved")["text"]) == Config().with_roi((20, 10, 100, 90))
+
+
+class TwoCables(CableSource):
+    """A source whose frames show the cable and a straight one of its colour below it."""
+
+    def frame(self, index):
+        frame = super().frame(index)
+        image = frame.image.copy()
+        image[-12:-7, 10:-10] = image[cable_mask(0.03 * index)].mean(axis=0)
+        return Frame(index=frame.index, image=image, name=frame.name)
+
+
+def test_a_deleted_object_is_drawn_on_as_no_cable_and_undo_brings_it_back():
+    with tuning(TwoCables(3)) as (client, _):
+        header, _ = client.picture(lambda header: header["suggested"] and len(header["curves"]) == 2)
+        height = header["size"][1]
+        client.send(type="delete", frame=0, point=[60, height - 10])
+        state = client.text("state", lambda state: state["strokes"])
+        low = [stroke for stroke in state["strokes"] if stroke["points"][0][1] > height - 20]
+        assert low
+        assert not any(stroke["cable"] for stroke in low)
+        assert any(stroke["cable"] for stroke in state["strokes"])
+        client.send(type="undo")
+        assert client.text("state", lambda state: not state["strokes"])
+        client.send(type="delete", frame=0, point=[1, 1])
+        assert "no object at this place" in client.text("error")["message"]
+
+
+def test_a_guess_is_offered_once_it_holds_on_frames_all_over_the_video():
+    with tuning() as (client, _):
+        assert client.picture(lambda header: header["offered"])[0]["suggested"]
+
+
+class GroundLater(CableSource):
+    """A source whose first frame alone shows the cable on another ground: later the ground has its colour."""
+
+    def frame(self, index):
+        frame = super().frame(index)
+        if index == 0:
+            return frame
+        image = frame.image.copy()
+        image[: len(image) // 2 : 7] = image[: len(image) // 2 : 7] // 2 + image[cable_mask(0.03 * index)][0] // 2
+        image[40:52, ::3] = image[cable_mask(0.03 * index)][0]
+        return Frame(index=frame.index, image=image, name=frame.name)
+
+
+def test_a_guess_that_teaches_the_ground_of_other_frames_is_not_offered():
+    with tuning(GroundLater(6)) as (client, _):
+        assert not client.picture()[0]["offered"]
+        assert not client.picture()[0]["offered"]  # after it was tried
+
+
+def test_a_large_picture_is_drafted_on_a_smaller_one_and_the_mask_has_its_size():
+    source = CableSource(1)
+    frame = source.frame(0)
+    large = Frame(image=np.kron(frame.image, np.ones((6, 6, 1), np.uint8)))
+    translator = Translator("large", lambda index: large, SegmentationConfig())
+    points = tuple((6.0 * x + 2.5, 6.0 * y + 2.5) for x, y in along())
+    document = TuneDocument(strokes=(DrawnStroke(0, points, True, 6.0),))
+    mask = translator.draft_of(document)(large)
+    true = np.kron(cable_mask(0.0), np.ones((6, 6))) > 0
+    assert mask.shape == true.shape
+    assert (mask & true).sum() / (mask | true).sum() > 0.8
+    assert translator.draft_of(TuneDocument(ranges=((0, 9, 0, 255, 0, 255),), method="ranges")) is None

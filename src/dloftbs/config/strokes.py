@@ -133,16 +133,20 @@ class ColourConfig(Section, frozen=True, kw_only=True):
     accept_strokes : bool
         Every colour beneath strokes on cables is the cable's, unless strokes on the ground show more of it. By default
         colours of which the rest of the picture has more are left out: a stroke may reach over the cable's border.
+    follow_light : bool
+        In a stream, light that drifts is followed where tracks confirm the colours, slowly and within bounds.
     """
 
     pictures: tuple[ColourPicture, ...]
     accept_strokes: bool = False
+    follow_light: bool = True
 
     def __post_init__(self) -> None:
         given = self.pictures
         valid = isinstance(given, tuple) and all(isinstance(picture, ColourPicture) for picture in given)
         require(valid and 0 < len(given) <= _MAX_PICTURES, "pictures", "a tuple of ColourPicture, at least one", given)
         require(isinstance(self.accept_strokes, bool), "accept_strokes", "true or false", self.accept_strokes)
+        require(isinstance(self.follow_light, bool), "follow_light", "true or false", self.follow_light)
         strokes = any(picture.cable for picture in given)
         require(strokes, "pictures", "of which one has a stroke on a cable at least", given)
 

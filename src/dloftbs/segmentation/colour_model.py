@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -116,9 +117,10 @@ class ColourModel:
     def __init__(self, config: ColourConfig) -> None:
         check_type("config", config, ColourConfig)
         self._config = config
-        samples = [ColourSample.from_text(picture.sample) for picture in config.pictures]
+        texts = tuple(picture.sample for picture in config.pictures)
+        samples = [ColourSample.from_text(text) for text in texts]
         pixels = [PixelSample.from_text(picture.pixels) for picture in config.pictures if picture.pixels]
-        log_ratio = log_colours.at_cells(_log_ratio(samples))
+        log_ratio = _log_ratio_of(texts)
         cells = _is_cable(log_ratio, samples, accept=config.accept_strokes)
         self._table = ColourTable(_colour_bits(cells))
         self._by_colour = _probability(log_ratio, cells)
@@ -177,6 +179,20 @@ class ColourModel:
         if self._pixels is None or 0 in image.shape:
             return np.asarray(self._by_colour[log_colours.cells_of(image)], np.float32)
         return self._pixels(image)
+
+    def near(self, image: npt.NDArray[np.uint8], places: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
+        """Return the mask of an image (H, W, 3) around places, non-zero in (H, W): elsewhere nothing is cable.
+
+        A colour that decides alone decides everywhere: it costs no more.
+
+        Raises
+        ------
+        InputError
+            If it is no such image.
+        """
+        if self._pixels is None or 0 in image.shape:
+            return self(image)
+        return np.asarray(self._pixels(check_image(image), places) >= 0.5)
 
     def colour_log_odds(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
         """Return the log-odds that the colour of each pixel (H, W, 3) is a cable's, where both are as frequent."""
@@ -239,8 +255,8 @@ class ColourModel:
             size = int(array.shape[0]), int(array.shape[1])
             region = None if roi is None else Region(roi, size)
             sample = ColourSample.of(array, strokes, region)
-            log_ratio = log_colours.at_cells(_log_ratio([sample])) - _PRIOR_LOG_ODDS
-            at_pixels = log_ratio.ravel()[log_colours.cells_of(array)]
+            text = sample.to_text()
+            at_pixels = _log_ratio_of((text,)).ravel()[log_colours.cells_of(array)] - np.float32(_PRIOR_LOG_ODDS)
             pixels = PixelSample.of(array, strokes, at_pixels, region, min(1.0, _WHOLE_SAMPLES / len(entries)))
             cable, ground = (tuple(str(one) for one in strokes if one.cable is kind) for kind in (True, False))
             name = check_text("source", source)
@@ -250,7 +266,7 @@ class ColourModel:
                     size=size,
                     cable=cable,
                     ground=ground,
-                    sample=sample.to_text(),
+                    sample=text,
                     pixels="" if pixels is None else pixels.to_text(),
                 )
             )
@@ -296,6 +312,17 @@ def _probability(log_ratio: npt.NDArray[np.float32], cells: npt.NDArray[np.bool_
     """Return the probability of each cell of colours, at least one half where it is cable, shape (64**3,)."""
     odds = np.where(cells, np.maximum(log_ratio, 0.0), np.minimum(log_ratio, -1e-3)).ravel()
     return np.asarray(1.0 / (1.0 + np.exp(-odds)), np.float32)
+
+
+@functools.lru_cache(maxsize=4)
+def _log_ratio_of(texts: tuple[str, ...]) -> npt.NDArray[np.float32]:
+    """Return the log-odds that each cell of colours is cable, shape (64, 64, 64), by samples as text.
+
+    A fit asks for it twice, and a page asks for the same pictures again and again.
+    """
+    found = log_colours.at_cells(_log_ratio([ColourSample.from_text(text) for text in texts]))
+    found.setflags(write=False)
+    return found
 
 
 def _log_ratio(samples: Sequence[ColourSample]) -> FloatArray:

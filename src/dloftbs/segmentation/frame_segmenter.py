@@ -20,6 +20,7 @@ from dloftbs.segmentation.colour_ranges import HsvSegmenter
 from dloftbs.segmentation.local import LocalSegmenter
 from dloftbs.segmentation.network import NetworkSegmenter
 from dloftbs.segmentation.plane import PlaneSegmenter
+from dloftbs.segmentation.stroke_segmenter import StrokeSegmenter
 from dloftbs.support.arrays import AnyArray, check_mask
 
 _OfImage = Callable[[npt.NDArray[np.uint8]], AnyArray]
@@ -74,8 +75,8 @@ class FrameSegmenter:
 
     def reset(self) -> None:
         """Forget the frames before."""
-        for ask, _ in self._joined:
-            if isinstance(ask, PlaneSegmenter):
+        for ask, _ in (*self._of_image, *self._joined):
+            if isinstance(ask, (PlaneSegmenter, StrokeSegmenter)):
                 ask.reset()
 
 
@@ -95,11 +96,12 @@ def make_segmenter(config: SegmentationConfig, roi: Roi | None = None) -> FrameS
     InputError
         If the region does not lie within the background.
     """
-    of_image: list[_OfImage] = []
+    of_image: list[Segmenter] = []
     if config.hsv:
         of_image.append(HsvSegmenter(config))
     if config.colour is not None:
-        of_image.append(ColourModel(config.colour))
+        model = ColourModel(config.colour)
+        of_image.append(StrokeSegmenter(model, follows_light=config.colour.follow_light))
     if config.onnx is not None:
         of_image.append(NetworkSegmenter(config.onnx))
     joined: list[tuple[OfFrame, str]] = []

@@ -13,17 +13,17 @@ from dloftbs.segmentation.kernels import line_features as kernels
 from dloftbs.segmentation.line_prior_trees import START, TREES
 from dloftbs.segmentation.trees import Trees
 
-_SIDES = 5, 13, 33
-"""Sides of the squares over which a map of half the size is averaged, px: one, three and eight widths.
+_SIDES = 3, 5, 13, 33
+"""Sides of the squares over which a map is averaged, px: from half a width to seven.
 
-Source: by definition; cables fill most, a third and an eighth of them.
+Source: by definition; cables fill all to a seventh of them.
 """
 
 
 class PixelMaps(NamedTuple):
     """Probabilities of cable, of 255, by all features and by the colour alone, shape (H, W), uint8.
 
-    Cables are 8 px wide. `pixels` are the flat numbers (n,) of those that may be cable.
+    Cables are `canonical.WIDTH_PX` wide. `pixels` are the flat numbers (n,) of those that may be cable.
     """
 
     own: npt.NDArray[np.uint8]
@@ -53,27 +53,18 @@ class LinePrior:
 
     def __call__(self, maps: PixelMaps) -> npt.NDArray[np.float32]:
         """Return the probability of cable at each pixel of the maps, shape (H, W); 0 where they list none."""
-        log_odds = self._trees.sums(line_features(maps, maps.pixels), self._start)
+        log_odds = self._trees.sums(line_features(maps, maps.pixels)) + np.float32(self._start)
         found = np.zeros(maps.own.shape, np.float32)
         found.ravel()[maps.pixels] = 1.0 / (1.0 + np.exp(-log_odds))
         return found
 
 
 def line_features(maps: PixelMaps, pixels: npt.NDArray[np.int64]) -> npt.NDArray[np.uint8]:
-    """Return what maps show at some pixels, as flat numbers (n,), and around them, shape (n, f)."""
-    height, width = maps.own.shape
-    half = (width + 1) // 2, (height + 1) // 2
-    low = (pixels // width // 2) * half[0] + pixels % width // 2
-    is_needed = np.zeros(half[0] * half[1], np.bool_)
-    is_needed[low] = True
-    some = np.flatnonzero(is_needed)
-    which = (np.cumsum(is_needed) - 1)[low]
-    columns = []
+    """Return what maps show at some pixels, as flat numbers (n,), and around them, shape (f, n)."""
+    planes = []
     for plane in (maps.own, maps.colour):
-        small = cv2.resize(plane, half, interpolation=cv2.INTER_AREA)
-        lines = np.empty((len(some), kernels.COUNT), np.uint8)
-        kernels.lines_at(small, some, lines)
-        boxes = [cv2.blur(small, (side, side)).ravel()[low] for side in _SIDES]
-        own = [plane.ravel()[pixels], cv2.blur(plane, (3, 3)).ravel()[pixels]]
-        columns += [np.stack([*own, *boxes], axis=1), lines[which]]
-    return np.concatenate(columns, axis=1)
+        lines = np.empty((kernels.COUNT, *plane.shape), np.uint8)
+        bordered = cv2.copyMakeBorder(plane, *(kernels.MARGIN_PX,) * 4, cv2.BORDER_REPLICATE)
+        kernels.lines_of(bordered, lines)
+        planes += [plane, *(cv2.blur(plane, (side, side)) for side in _SIDES), *lines]
+    return np.stack([plane.ravel()[pixels] for plane in planes])

@@ -32,7 +32,12 @@ CELLS = 64
 Source: bounds time; a table of as many colours is made in 20 ms.
 """
 
-_AXES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0], [1.0, -2.0, 1.0]]) / np.sqrt([[3.0], [2.0], [6.0]])
+_TRUNCATED = 3.0
+"""Distance at which kernels end, standard deviations.
+
+Source: numerics.
+"""
+AXES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0], [1.0, -2.0, 1.0]]) / np.sqrt([[3.0], [2.0], [6.0]])
 """Unit vectors of lightness and of the two axes of tint in red, green and blue.
 
 Source: geometry.
@@ -44,7 +49,7 @@ def cell_places() -> npt.NDArray[np.float32]:
     """Return the place in the histogram of every cell of 4 counts, shape (3, 64 red, 64 green, 64 blue), in bins."""
     centres = np.log(np.arange(CELLS) * (256 / CELLS) + 0.5 * (256 / CELLS - 1) + OFFSET)
     rgb = np.stack(np.meshgrid(centres, centres, centres, indexing="ij")).reshape(3, -1)
-    places = (_AXES @ rgb) / BINS[:, None]
+    places = (AXES @ rgb) / BINS[:, None]
     places -= places.min(axis=1, keepdims=True)
     places.setflags(write=False)
     return places.reshape(3, CELLS, CELLS, CELLS).astype(np.float32)
@@ -91,10 +96,22 @@ def smooth(histogram: FloatArray, scales: tuple[tuple[float, float, float], ...]
     """
     given = (histogram.reshape(shape()) / max(histogram.sum(), 1e-12)).astype(np.float32)
     density = np.zeros(shape(), np.float32)
+    box = _filled(given)
     for share, lightness, tint in scales:
         sigma = (lightness, tint, tint) / BINS
-        density += share * ndimage.gaussian_filter(given, sigma, mode="constant", truncate=3.0)
+        reach = (_TRUNCATED * sigma + 0.5).astype(np.int64)
+        near = tuple(slice(max(0, side.start - far), side.stop + far) for side, far in zip(box, reach, strict=True))
+        density[near] += share * ndimage.gaussian_filter(given[near], sigma, mode="constant", truncate=_TRUNCATED)
     return density.ravel().astype(np.float64)
+
+
+def _filled(histogram: npt.NDArray[np.float32]) -> tuple[slice, ...]:
+    """Return the box around all that is counted; pictures fill a small part of the space of colours."""
+    found = []
+    for axis in range(3):
+        counted = np.flatnonzero(histogram.any(axis=tuple({0, 1, 2} - {axis})))
+        found.append(slice(int(counted[0]), int(counted[-1]) + 1) if len(counted) else slice(0, 0))
+    return tuple(found)
 
 
 def at_cells(values: FloatArray) -> npt.NDArray[np.float32]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.segmentation import canonical, log_colours
+from dloftbs.segmentation.kernels.line_features import MARGIN_PX
 from dloftbs.segmentation.line_prior import LinePrior, PixelMaps
 from dloftbs.segmentation.pixel_samples import PixelSample
 from dloftbs.segmentation.trees import Trees
@@ -31,15 +32,10 @@ Source: derived: cables and the rest weigh alike.
 """
 
 
-_FIRST = 8
-"""Number of trees that are asked first.
+_UNLIKELY = 0.05
+"""Probability of a pixel below which the line prior is not asked: the pixel is ground.
 
-Source: bounds time; a fifth of them.
-"""
-_UNLIKELY = 0.1
-"""Probability below which the others are not asked: the pixel is ground.
-
-Source: by hand; bounds time, and leaves IoU on 13 photographs as it is to 0.01.
+Source: bounds time.
 """
 _REJECTED = 0.01
 """Share of the samples of cables that the colour alone may reject.
@@ -61,35 +57,51 @@ class PixelClassifier:
 
     def __init__(self, samples: Sequence[PixelSample], log_ratio: npt.NDArray[np.float32]) -> None:
         self.width_px = float(np.exp(np.mean([np.log(sample.width_px) for sample in samples])))
-        kinds = [np.concatenate(parts) for parts in zip(*(sample.kinds for sample in samples), strict=True)]
-        counts = [len(kind) for kind in kinds]
+        kinds = [np.concatenate(parts, axis=1) for parts in zip(*(sample.kinds for sample in samples), strict=True)]
+        counts = [kind.shape[1] for kind in kinds]
         weights = [weight / max(count, 1) for weight, count in zip(_WEIGHTS, counts, strict=True)]
-        self._trees = Trees.grown(np.concatenate(kinds), np.repeat(_IS_CABLE, counts), np.repeat(weights, counts))
+        self._trees = Trees.grown(
+            np.concatenate(kinds, axis=1), np.repeat(_IS_CABLE, counts), np.repeat(weights, counts)
+        )
         self._by_colour = np.rint(255.0 / (1.0 + np.exp(-log_ratio.ravel()))).astype(np.uint8)
-        self._prior = LinePrior.fitted()
         drawn = np.concatenate([sample.cells_of_cables() for sample in samples])
         self._least = max(1, int(np.quantile(self._by_colour[drawn], _REJECTED)))
 
     def maps(self, image: npt.NDArray[np.uint8]) -> PixelMaps:
         """Return the probabilities of the pixels of a resized image; cables are `canonical.WIDTH_PX` wide there.
 
-        Pixels whose colour, and that of whose neighbours, is no cable's have probability 0, as those that the first
-        trees find unlikely: they cost little.
+        Pixels whose colour, and that of whose neighbours, is no cable's have probability 0: they cost little.
         """
-        small = canonical.resized(image, self.width_px)
+        return self._maps_of(canonical.resized(image, self.width_px))
+
+    def _maps_of(self, small: npt.NDArray[np.uint8], near: npt.NDArray[np.uint8] | None = None) -> PixelMaps:
         colour = self._by_colour[log_colours.cells_of(small)]
         maybe = cv2.dilate((colour >= self._least).view(np.uint8), np.ones((3, 3), np.uint8))
-        pixels = np.flatnonzero(maybe)
-        features = canonical.features_of(small, pixels)
-        first, rest = self._trees.split(_FIRST)
-        share = first.sums(features)
-        likely = share >= _UNLIKELY * _FIRST / len(self._trees.roots)
-        pixels = pixels[likely]
+        pixels = np.flatnonzero(maybe if near is None else maybe & near)
+        by_all = np.rint(255.0 / len(self._trees.value) * self._trees.sums(canonical.features_of(small, pixels)))
         own = np.zeros(colour.shape, np.uint8)
-        own.ravel()[pixels] = np.rint(255.0 * (share[likely] + rest.sums(features[likely])))
-        return PixelMaps(own, colour, pixels)
+        own.ravel()[pixels] = by_all
+        return PixelMaps(own, colour, pixels[by_all >= 255.0 * _UNLIKELY])
 
-    def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
-        """Return the probability that each pixel of an image (H, W, 3) is cable, shape (H, W)."""
-        whole = self._prior(self.maps(image))
+    def __call__(
+        self, image: npt.NDArray[np.uint8], places: npt.NDArray[np.uint8] | None = None
+    ) -> npt.NDArray[np.float32]:
+        """Return the probability that each pixel of an image (H, W, 3) is cable, shape (H, W).
+
+        Where places are given, non-zero in (H, W), it is 0 farther from them than lines reach: four widths.
+        """
+        small = canonical.resized(image, self.width_px)
+        if places is None:
+            whole = LinePrior.fitted()(self._maps_of(small))
+        else:
+            reach = 2 * MARGIN_PX + 1
+            near = cv2.resize(
+                (places > 0).view(np.uint8) * np.uint8(255), small.shape[1::-1], interpolation=cv2.INTER_AREA
+            )
+            near = cv2.dilate((near > 0).view(np.uint8), np.ones((reach, reach), np.uint8))
+            left, top, width, height = cv2.boundingRect(near)
+            part = slice(top, top + height), slice(left, left + width)
+            whole = np.zeros(near.shape, np.float32)
+            if width:
+                whole[part] = LinePrior.fitted()(self._maps_of(small[part], near[part]))
         return np.asarray(cv2.resize(whole, image.shape[1::-1], interpolation=cv2.INTER_LINEAR), np.float32)

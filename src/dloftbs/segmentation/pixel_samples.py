@@ -22,7 +22,7 @@ from dloftbs.segmentation.kernels.pixel_features import COUNT
 from dloftbs.segmentation.stroke_widths import cables_beneath
 from dloftbs.support.values import shown
 
-_MOST = 1200, 400, 400, 1600
+_MOST = 1200, 400, 400, 2400
 """Most samples of cables, of strokes on ground, of the ground beside cables, and of the rest of a picture.
 
 Source: bounds memory; a picture takes up to 60 kB of text.
@@ -38,7 +38,7 @@ class PixelSample:
     ----------
     width_px : float
         Width of the cables in the picture.
-    kinds : tuple of four numpy.ndarray, shape (n, f), uint8
+    kinds : tuple of four numpy.ndarray, shape (f, n), uint8
         Features of pixels on cables, beneath strokes on ground, beside cables, and elsewhere.
     """
 
@@ -99,8 +99,8 @@ class PixelSample:
 
     def to_text(self) -> str:
         """Return the samples as text that `from_text` reads."""
-        head = struct.pack(_HEAD, self.width_px, *(len(kind) for kind in self.kinds))
-        packed = head + b"".join(np.ascontiguousarray(kind.T).tobytes() for kind in self.kinds)
+        head = struct.pack(_HEAD, self.width_px, *(kind.shape[1] for kind in self.kinds))
+        packed = head + b"".join(kind.tobytes() for kind in self.kinds)
         return base64.b64encode(zlib.compress(packed, 9)).decode()
 
     @classmethod
@@ -122,17 +122,16 @@ class PixelSample:
             raise ConfigError(f"cannot read the samples of pixels {shown(text)}: draw the strokes again") from error
         at, kinds = _START, []
         for count in counts:
-            part = np.frombuffer(packed, np.uint8, COUNT * count, at).reshape(COUNT, count)
-            kinds.append(np.ascontiguousarray(part.T))
+            kinds.append(np.frombuffer(packed, np.uint8, COUNT * count, at).reshape(COUNT, count))
             at += COUNT * count
         return cls(width_px, tuple(kinds))
 
 
 def _cells(kind: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
     """Return the cells of the colours of samples, shape (n,): their first three features are the colour."""
-    if not len(kind):
+    if not kind.shape[1]:
         return np.zeros(0, np.int32)
-    lab = np.ascontiguousarray(kind[None, :, :3])
+    lab = np.ascontiguousarray(kind[:3].T[None])
     return log_colours.cells_of(np.asarray(cv2.cvtColor(lab, cv2.COLOR_LAB2BGR), np.uint8)[0])
 
 

@@ -123,6 +123,13 @@ class Accept(Message, frozen=True, tag="accept"):
     frame: Index
 
 
+class Delete(Message, frozen=True, tag="delete"):
+    """Say that the object at a point of a frame is no cable."""
+
+    frame: Index
+    point: tuple[Coordinate, Coordinate]
+
+
 class Save(Message, frozen=True, tag="save"):
     """Write the configuration to the file that the command line named."""
 
@@ -148,7 +155,7 @@ class Restart(Message, frozen=True, tag="restart"):
 
 
 EditMessage = Draw | AcceptStrokes | Erase | SetRanges | SetHeight | SetMethod | SetObjects | SetRegion | Clear
-TuneMessage = EditMessage | Ack | Seek | Undo | Redo | Accept | Save
+TuneMessage = EditMessage | Ack | Seek | Undo | Redo | Accept | Delete | Save
 ViewMessage = Ack | Pause | Step | Loop | Restart | SetObjects
 _DECODER: msgspec.json.Decoder[TuneMessage | ViewMessage] = msgspec.json.Decoder(TuneMessage | ViewMessage)
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from itertools import groupby
 
+import cv2
 import msgspec
 import numpy as np
 
 from dloftbs.config import ColourConfig, ColourPicture, HsvRange, PlaneConfig, Roi, SegmentationConfig, Stroke
+from dloftbs.data.detection import Detection
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_region import Region
 from dloftbs.data.frame_result import FrameResult
@@ -27,6 +29,8 @@ _BRUSH_SHARE = 0.3
 Source: by hand; within the cable, also where its curve is off by a fifth of its width.
 """
 _MAX_POINTS = 400
+_DRAFT_PX = 640
+"""Longest side of the picture that a stroke is tried on while it is drawn, px: a mask follows within 300 ms."""
 
 
 class Translator:
@@ -47,6 +51,7 @@ class Translator:
         self._kept = SegmentationConfig(onnx=section.onnx, local=section.local, background=section.background)
         self.first = self._document_of(section)
         self._pictures: dict[tuple[tuple[DrawnStroke, ...], Roi | None], ColourPicture] = {}
+        self._drafts: dict[tuple[DrawnStroke, ...], ColourPicture] = {}
 
     def _document_of(self, section: SegmentationConfig) -> TuneDocument:
         strokes: list[DrawnStroke] = []
@@ -96,21 +101,65 @@ class Translator:
 
     def _drawn(self, strokes: tuple[DrawnStroke, ...], roi: Roi | None) -> list[ColourPicture]:
         """Return a picture for each frame with strokes; those that are as they were are not looked at again."""
-        ordered = sorted(strokes, key=lambda stroke: stroke.frame)
-        groups = [tuple(group) for _, group in groupby(ordered, key=lambda stroke: stroke.frame)]
+        groups = _by_frame(strokes)
         self._pictures = {(group, roi): found for group in groups if (found := self._picture(group, roi)) is not None}
         return list(self._pictures.values())
 
     def _picture(self, strokes: tuple[DrawnStroke, ...], roi: Roi | None) -> ColourPicture | None:
         if (strokes, roi) in self._pictures:
             return self._pictures[strokes, roi]
+        frame, image, inside = self._drawn_on(strokes)
+        return make_picture(image, inside, self._source_of(frame.index), roi) if inside else None
+
+    def _draft(self, strokes: tuple[DrawnStroke, ...]) -> ColourPicture | None:
+        if strokes in self._drafts:
+            return self._drafts[strokes]
+        frame, image, inside = self._drawn_on(strokes)
+        small = _reduced(image)
+        scale = small.shape[1] / image.shape[1]
+        reduced = [
+            msgspec.structs.replace(
+                stroke,
+                points=tuple((scale * x, scale * y) for x, y in stroke.points),
+                radius_px=max(0.5, scale * stroke.radius_px),
+            )
+            for stroke in inside
+        ]
+        return make_picture(small, reduced, self._source_of(frame.index)) if reduced else None
+
+    def _drawn_on(self, strokes: tuple[DrawnStroke, ...]) -> tuple[Frame, AnyArray, list[Stroke]]:
+        """Return the frame of strokes, its image, and the parts of the strokes within it."""
         frame = self._frame_of(strokes[0].frame)
         if frame.image is None:
             raise InputError("these frames are masks already: there is nothing to tune")
-        inside = [kept for stroke in strokes for kept in _within(stroke, frame.size)]
-        if not inside:
+        return frame, frame.image, [kept for stroke in strokes for kept in _within(stroke, frame.size)]
+
+    def draft_of(self, document: TuneDocument) -> Segment | None:
+        """Return what soon makes a mask of a frame while a stroke is drawn, on smaller pictures.
+
+        None where the document says more than strokes on these frames, and so takes its own time.
+
+        Raises
+        ------
+        DloftbsError
+            If a frame that was drawn on cannot be read again.
+        """
+        plain = TuneDocument(strokes=document.strokes, objects=document.objects, accept_strokes=document.accept_strokes)
+        if document != plain:
             return None
-        return make_picture(frame.image, inside, self._source_of(frame.index), roi)
+        groups = _by_frame(document.strokes)
+        self._drafts = {group: found for group in groups if (found := self._draft(group)) is not None}
+        pictures = tuple(self._drafts.values())
+        if not any(picture.cable for picture in pictures):
+            return None
+        model = ColourModel(ColourConfig(pictures=pictures, accept_strokes=document.accept_strokes))
+
+        def segment(frame: Frame) -> AnyArray:
+            assert frame.image is not None  # strokes are drawn on images
+            mask = model(_reduced(frame.image)).view(np.uint8) * np.uint8(255)
+            return np.asarray(cv2.resize(mask, frame.size[::-1], interpolation=cv2.INTER_LINEAR) >= 128)
+
+        return segment
 
     def segmenter_of(self, document: TuneDocument) -> RegionSegmenter:
         """Return what makes a mask of a frame.
@@ -166,10 +215,23 @@ def suggestion(frame: Frame, roi: Roi | None = None) -> AnyArray:
     return region.paste(suggest_mask(region.cut(frame.image)))
 
 
-def strokes_along(index: int, result: FrameResult) -> list[DrawnStroke]:
+def object_at(result: FrameResult, point: Point) -> Detection | None:
+    """Return the object whose curve a point lies on, or beside by no more than its width; None if there is none."""
+    near = [(one.curve.nearest(point)[1], number) for number, one in enumerate(result)]
+    distance, number = min(near, default=(np.inf, 0))
+    return result[number] if near and distance <= result[number].width_px else None
+
+
+def lies_on(stroke: DrawnStroke, detection: Detection) -> bool:
+    """Return whether most points of a stroke lie within an object's width of its curve."""
+    near = [detection.curve.nearest(point)[1] <= detection.width_px for point in stroke.points]
+    return 2 * sum(near) > len(near)
+
+
+def strokes_along(index: int, objects: Iterable[Detection], *, cable: bool = True) -> list[DrawnStroke]:
     """Return strokes along the seen parts of curves, narrower than the cables, as a careful hand would draw them."""
     strokes = []
-    for detection in result:
+    for detection in objects:
         radius = max(1.0, _BRUSH_SHARE * detection.width_px)
         count = min(max(2, round(detection.curve.length / detection.width_px) + 1), _MAX_POINTS)
         u = np.linspace(0.0, 1.0, count)
@@ -179,8 +241,20 @@ def strokes_along(index: int, result: FrameResult) -> list[DrawnStroke]:
         for part in np.split(np.arange(count), np.flatnonzero(np.diff(seen.astype(np.int8))) + 1):
             if seen[part[0]]:
                 points = tuple((round(float(x), 1), round(float(y), 1)) for x, y in detection.curve(u[part]))
-                strokes.append(DrawnStroke(index, points, True, radius))
+                strokes.append(DrawnStroke(index, points, cable, radius))
     return strokes
+
+
+def _by_frame(strokes: tuple[DrawnStroke, ...]) -> list[tuple[DrawnStroke, ...]]:
+    ordered = sorted(strokes, key=lambda stroke: stroke.frame)
+    return [tuple(group) for _, group in groupby(ordered, key=lambda stroke: stroke.frame)]
+
+
+def _reduced(image: AnyArray) -> AnyArray:
+    """Return an image whose longest side is no longer than that of drafts."""
+    scale = min(1.0, _DRAFT_PX / max(image.shape[:2]))
+    size = max(1, round(scale * image.shape[1])), max(1, round(scale * image.shape[0]))
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
 
 
 def _within(stroke: DrawnStroke, size: tuple[int, int]) -> list[Stroke]:

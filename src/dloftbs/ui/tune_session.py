@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import functools
 from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ import msgspec
 from dloftbs._version import __version__
 from dloftbs.config import Config, Roi, SegmentationConfig, read_roi
 from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import DloftbsError, InputError
 from dloftbs.pipeline import Pipeline
 from dloftbs.support.arrays import AnyArray
@@ -27,6 +29,7 @@ from dloftbs.ui.messages import (
     AcceptStrokes,
     Ack,
     Clear,
+    Delete,
     Draw,
     Erase,
     Redo,
@@ -43,14 +46,23 @@ from dloftbs.ui.messages import (
 )
 from dloftbs.ui.payload import describe
 from dloftbs.ui.strip import Counts, Strip
-from dloftbs.ui.tune_document import DrawnStroke, History, TuneDocument, edited
-from dloftbs.ui.tune_segmentation import RegionSegmenter, Segment, Translator, strokes_along, suggestion
+from dloftbs.ui.tune_document import STROKES, History, Point, TuneDocument, edited
+from dloftbs.ui.tune_segmentation import (
+    RegionSegmenter,
+    Segment,
+    Translator,
+    lies_on,
+    object_at,
+    strokes_along,
+    suggestion,
+)
 from dloftbs.ui.viewer import Viewer
 from dloftbs.ui.wire import encode_jpeg, encode_picture, encode_runs, encode_text
 from dloftbs.viz.overlay import as_picture
 from dloftbs.viz.style import Style
 
 _LIVE_PERIOD_S = 0.04  # from one look at a camera to the next
+_TRIED_FRAMES = 8  # of a video, before a guess is offered
 T = TypeVar("T")
 
 
@@ -93,6 +105,7 @@ class TuneSession:
         self._rest = msgspec.structs.replace(config, segmentation=SegmentationConfig())
         self._pipeline: tuple[tuple[int | None, Roi | None], Pipeline] | None = None
         self._segmenter: tuple[TuneDocument, RegionSegmenter] | None = None
+        self._guesses: dict[tuple[int, TuneDocument], bool] = {}
         self._strip = Strip(store, self._new_segmenter, self._new_pipeline, self._tell_counts)
         self._counts = Counts()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -161,6 +174,8 @@ class TuneSession:
                 self._changed()
             case Accept():
                 self._do(viewer, self._accept(message.frame))
+            case Delete():
+                self._do(viewer, self._delete(message.frame, message.point))
             case Save():
                 self._do(viewer, self._save())
             case _:
@@ -210,7 +225,7 @@ class TuneSession:
 
     async def _accept(self, index: int) -> None:
         """Take the suggestion for a frame over as strokes along its curves."""
-        strokes = await self._in_pool(lambda: self._suggested_strokes(index))
+        strokes = strokes_along(index, await self._in_pool(lambda: self._guess(index)))
         if not strokes:
             raise InputError("nothing in this frame looks like a cable: draw a stroke along it")
         document = self._history.document
@@ -218,6 +233,48 @@ class TuneSession:
             document = document.with_stroke(stroke)
         self._history.change(document)
         self._changed()
+
+    async def _delete(self, index: int, point: Point) -> None:
+        """Draw on the object at a point as no cable, which the file then says, too."""
+        self._history.change(await self._in_pool(lambda: self._without_object(index, point)))
+        self._changed()
+
+    def _without_object(self, index: int, point: Point) -> TuneDocument:
+        document, frame = self._history.document, self._store.frame(index)
+        if frame.image is None:
+            raise InputError("these frames are masks already: there is nothing to tune")
+        mask, is_suggested = self._mask(document, frame, is_draft=False)
+        result = self._detector(document).detect(replace(frame, mask=mask))
+        deleted = object_at(result, point)
+        if deleted is None:
+            raise InputError("there is no object at this place: click on its curve")
+        kept = strokes_along(frame.index, [one for one in result if one is not deleted]) if is_suggested else []
+        on_it = [one for one in document.strokes if one.cable and one.frame == index and lies_on(one, deleted)]
+        strokes = [one for one in document.strokes if one not in on_it]
+        strokes += [*kept, *strokes_along(index, [deleted], cable=False)]
+        return msgspec.structs.replace(document, strokes=tuple(strokes), method=STROKES)
+
+    async def _try_guess(self, viewer: Viewer, index: int, document: TuneDocument) -> None:
+        """Try the strokes along a guess on frames all over the video, and offer it where they find as many objects."""
+        while not (self._store.ended or self._store.source.live):
+            await asyncio.sleep(_LIVE_PERIOD_S)
+        guess = await self._in_pool(lambda: self._guess(index))
+        tried = msgspec.structs.replace(document, strokes=tuple(strokes_along(index, guess)))
+        samples = self._store.samples()
+        some = samples[:: max(1, len(samples) // _TRIED_FRAMES)]
+        held = 0
+        for frame in some if tried.strokes else ():
+            if self._history.document != document:
+                return
+            held += await self._in_pool(functools.partial(self._finds, tried, frame, len(guess)))
+        self._guesses[index, document] = 2 * held > len(some)
+        viewer.refresh()
+
+    def _finds(self, document: TuneDocument, frame: Frame, count: int) -> bool:
+        """Return whether a document finds so many objects in a frame, and little else."""
+        mask, _ = self._mask(document, frame, is_draft=False)
+        found = self._detector(document).detect(replace(frame, mask=mask))
+        return len(found) == count and doubt(mask, roi=document.roi) is None
 
     async def _save(self) -> None:
         """Write the configuration, or show it where no file was named."""
@@ -252,23 +309,27 @@ class TuneSession:
         if look is None:
             return None
         document, index, image = look.draft or self._history.document, look.index, look.image
+        is_draft = look.draft is not None
         self._strip.idle.clear()
         try:
-            frame, header, parts = await self._in_pool(lambda: self._picture(document, index, image))
+            frame, header, parts = await self._in_pool(lambda: self._picture(document, index, image, is_draft=is_draft))
         except DloftbsError as error:
             viewer.post("error", encode_text("error", kind=type(error).__name__, message=str(error)))
             return None
         finally:
             self._strip.idle.set()
         look.image, look.number = frame.index, look.number + 1
+        if header["suggested"] and header["curves"] and (frame.index, document) not in self._guesses:
+            self._guesses[frame.index, document] = False
+            self._do(viewer, self._try_guess(viewer, frame.index, document))
         return look.number, encode_picture({**header, "number": look.number}, parts)
 
     def _picture(
-        self, document: TuneDocument, index: int | None, image: int | None
+        self, document: TuneDocument, index: int | None, image: int | None, *, is_draft: bool
     ) -> tuple[Frame, dict[str, Any], dict[str, bytes]]:
         frame = self._store.frame(index)
         self._store.keep(frame)
-        mask, is_suggested = self._mask(document, frame)
+        mask, is_suggested = self._mask(document, frame, is_draft=is_draft)
         result = self._detector(document).detect(replace(frame, mask=mask))
         header = {
             **describe(result),
@@ -276,6 +337,7 @@ class TuneSession:
             "name": readable(frame.name),
             "has_depth": frame.depth is not None,
             "suggested": is_suggested,
+            "offered": is_suggested and self._guesses.get((frame.index, document), False),
             "doubt": None if is_suggested else doubt(mask, roi=document.roi),
         }
         parts = {"mask": encode_runs(mask)}
@@ -283,13 +345,16 @@ class TuneSession:
             parts["image"] = encode_jpeg(as_picture(frame, Style()))
         return frame, header, parts
 
-    def _mask(self, document: TuneDocument, frame: Frame) -> tuple[AnyArray, bool]:
+    def _mask(self, document: TuneDocument, frame: Frame, *, is_draft: bool) -> tuple[AnyArray, bool]:
         """Return the mask of a frame, and whether it is but a suggestion."""
         if frame.image is None:
             assert frame.mask is not None  # a frame has one or the other
             return frame.mask, False
         if document.is_empty:
             return suggestion(frame, document.roi), True
+        draft = self._translator.draft_of(document) if is_draft else None
+        if draft is not None:
+            return draft(frame), False
         if self._segmenter is None or self._segmenter[0] != document:
             self._segmenter = document, self._translator.segmenter_of(document)
         segmenter = self._segmenter[1]
@@ -306,13 +371,13 @@ class TuneSession:
     def _new_pipeline(self, document: TuneDocument) -> Pipeline:
         return Pipeline(self._rest.replace({"linking.objects": document.objects}).with_roi(document.roi))
 
-    def _suggested_strokes(self, index: int) -> list[DrawnStroke]:
+    def _guess(self, index: int) -> FrameResult:
         frame = self._store.frame(index)
         if frame.image is None:
             raise InputError("these frames are masks already: there is nothing to tune")
         document = self._history.document
         mask = suggestion(frame, document.roi)
-        return strokes_along(frame.index, self._detector(document).detect(replace(frame, mask=mask)))
+        return self._detector(document).detect(replace(frame, mask=mask))
 
     def _new_segmenter(self, document: TuneDocument) -> Segment | None:
         """Return what makes masks in the strip; None where nothing says yet what is cable."""

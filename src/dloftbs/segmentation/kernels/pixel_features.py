@@ -8,10 +8,10 @@ from numba import int64, uint8
 
 from dloftbs.kernels.compiler import inlined, kernel, read, write
 
-STEPS = (2, 4, 7)
+STEPS = (1, 3, 5)
 """Distances over which second differences are taken, px.
 
-Source: derived; a quarter, a half and seven eighths of `pixel_classifier.WIDTH_PX`, so that cables of half to twice
+Source: derived; a fifth, three fifths and the whole of `canonical.WIDTH_PX`, so that cables of half to twice
 the usual width are ridges at one of them.
 """
 COUNT = 9 + 4 * len(STEPS)
@@ -56,7 +56,7 @@ def features_at(
         and farther.
     pixels : (n,) int64
         Flat numbers of pixels.
-    features : (n, COUNT) uint8
+    features : (COUNT, n) uint8
         Written.
     """
     height, width = fine.shape[:2]
@@ -64,9 +64,9 @@ def features_at(
         row, column = pixels[i] // width, pixels[i] % width
         for channel in range(3):
             own = int(fine[row, column, channel])
-            features[i, channel] = own
-            features[i, 3 + channel] = (own - int(near[row, column, channel]) + 256) >> 1
-            features[i, 6 + channel] = (own - int(far[row, column, channel]) + 256) >> 1
+            features[channel, i] = own
+            features[3 + channel, i] = (own - int(near[row, column, channel]) + 256) >> 1
+            features[6 + channel, i] = (own - int(far[row, column, channel]) + 256) >> 1
         at = 9
         for step in STEPS:
             up, down = _clamped(row - step, height), _clamped(row + step, height)
@@ -83,8 +83,8 @@ def features_at(
                 )
                 mean, spread = 0.5 * (xx + yy), np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
                 across = mean + spread if mean >= 0.0 else mean - spread
-                features[i, at] = _byte(_ZERO + across)
+                features[at, i] = _byte(_ZERO + across)
                 at += 1
                 if channel == 0:
-                    features[i, at] = _byte(_ZERO + 2.0 * mean - across)
+                    features[at, i] = _byte(_ZERO + 2.0 * mean - across)
                     at += 1

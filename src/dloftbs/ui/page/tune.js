@@ -6,6 +6,8 @@ import { Ranges, rangeAround } from "./ranges.js";
 import { RegionTool } from "./region.js";
 import { Strip } from "./strip.js";
 
+const TOOLS = ["cable", "not", "erase", "delete"];
+
 export class Tune {
   /**
    * @param {import("./stage.js").Stage} stage
@@ -30,7 +32,7 @@ export class Tune {
     this.waiting = [];
     this.region = new RegionTool(stage, (region) => connection.send({ type: "region", ...region }), () => this.showTool());
     this.brush = new Brush(stage, {
-      tool: () => /** @type {any} */ (this.region.kind || this.state.method === "ranges" ? "pick" : this.tool),
+      tool: () => /** @type {any} */ (this.region.kind || this.state.method === "ranges" || this.tool === "delete" ? "pick" : this.tool),
       radius: () => (this.region.kind ? 1 : this.radius || 4),
       moved: (points) => {
         if (this.region.kind) {
@@ -48,7 +50,7 @@ export class Tune {
 
   bindButtons() {
     const send = (/** @type {Object} */ message) => () => this.connection.send(message);
-    for (const tool of ["cable", "not", "erase"]) byId(`tool-${tool}`).onclick = () => this.choose(tool);
+    for (const tool of TOOLS) byId(`tool-${tool}`).onclick = () => this.choose(tool);
     byId("method-strokes").onclick = send({ type: "method", method: "strokes" });
     byId("method-ranges").onclick = send({ type: "method", method: "ranges" });
     byId("undo").onclick = send({ type: "undo" });
@@ -101,6 +103,7 @@ export class Tune {
       [["B"], "Draw: cable", () => this.choose("cable")],
       [["N"], "Draw: not cable", () => this.choose("not")],
       [["E"], "Erase", () => this.choose("erase")],
+      [["D"], "Delete an object: click on its curve", () => this.choose("delete")],
       [["[", "]"], "Brush smaller, larger", (event) => this.setRadius(this.radius * (event.key === "[" ? 0.8 : 1.25))],
       [["Z"], "Undo; with Shift, redo", (event) => this.connection.send({ type: event.shiftKey ? "redo" : "undo" })],
       [["Y"], "Redo", () => this.connection.send({ type: "redo" })],
@@ -120,7 +123,7 @@ export class Tune {
     if (this.state.method !== "strokes") this.connection.send({ type: "method", method: "strokes" });
     this.tool = tool;
     this.region.choose(null);
-    for (const each of ["cable", "not", "erase"]) press(byId(`tool-${each}`), each === tool);
+    for (const each of TOOLS) press(byId(`tool-${each}`), each === tool);
     this.stage.paint();
   }
 
@@ -185,6 +188,7 @@ export class Tune {
   finish(points) {
     if (this.region.kind) this.region.finish(points);
     else if (this.state.method === "ranges") this.pick(points[points.length - 1]);
+    else if (this.tool === "delete") this.connection.send({ type: "delete", frame: this.index, point: points[points.length - 1] });
     else if (this.tool === "erase") this.connection.send({ type: "erase", frame: this.index, points, radius_px: this.radius });
     else {
       const { type, done, ...stroke } = this.strokeOf(points, true);
@@ -200,7 +204,7 @@ export class Tune {
   }
 
   accept() {
-    if (this.stage.header?.suggested) this.connection.send({ type: "accept", frame: this.index });
+    if (this.stage.header?.offered) this.connection.send({ type: "accept", frame: this.index });
   }
 
   async copy() {
@@ -275,7 +279,7 @@ export class Tune {
       this.setRadius(Math.max(2, longer / 320));
     }
     if (!this.brush.drawing) this.index = header.index;
-    byId("accept").hidden = !(header.suggested && header.curves.length > 0);
+    byId("accept").hidden = !(header.offered && header.curves.length > 0);
     byId("height-panel").hidden = !header.has_depth;
     this.strip.mark(header.index);
     this.showPosition();
@@ -314,7 +318,7 @@ export class Tune {
       return;
     }
     const reason = header && !header.suggested && !empty ? header.reason : null;
-    const guess = header?.suggested && header.curves.length > 0;
+    const guess = header?.offered && header.curves.length > 0;
     const start = this.state.method === "ranges" ? "Click on a cable to begin with its colour" : guess ? "Draw along a cable, or use this guess" : "Draw along a cable";
     hint.textContent = reason ? `No curve: ${reason}` : start;
     hint.hidden = this.brush.drawing || (!reason && !empty) || !header;
