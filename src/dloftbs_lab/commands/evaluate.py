@@ -93,9 +93,9 @@ def evaluate(
     such. A class makes an instance for each sequence, which is called so; if it has a method start(frame, truth), this
     gets the first frame before. Modules are found in the current folder, and where Python finds others. cpd is
     coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial. It knows the
-    first frame's curve and the cable's length. stereo is `StereoPipeline`, for two-cameras; other methods see the
-    first view alone.
-    --config and --set change the package's own methods; MODULE:CALLABLE gets the mask by --hsv where a frame has none.
+    first frame's curve and the cable's length. The method stereo is `StereoPipeline`, for two-cameras; other methods
+    see the first view alone. Settings by --config and --set change the package's own methods. By --hsv, MODULE:CALLABLE
+    gets the mask where a frame has none.
 
     The folder of --out gets the tables (report.md, pages/*.md, tables/*.csv, report.json), the figures in short
     (summary.json), every frame's scores (frames.csv), whether every joint is right (joints.csv), plots, and pictures
