@@ -80,8 +80,8 @@ def evaluate(
     of a single scenario of rgbd and rgbd-artificial are over 8. --quick and --scale take fewer.
 
     SUITE is rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
-    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, two-cameras, simulated (by MuJoCo, where it
-    is installed), real-motion (where its recordings are, or as real-motion:FOLDER), noise, or a folder
+    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, simulated (by MuJoCo, where it is
+    installed), real-motion (where its recordings are, or as real-motion:FOLDER), two-cameras, noise, or a folder
     of labelled data, as below; without any, all the generated ones.
 
     With --paper these are rgb, several-cables, rgbd and rgbd-artificial, unless some of them are named, and folders
