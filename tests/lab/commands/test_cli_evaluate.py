@@ -258,8 +258,8 @@ def test_a_changed_module_has_other_settings(mine):
     [
         (
             "best",
-            "there is no method 'best'; methods are default, paper, cpd, a configuration (FILE.yaml) and "
-            "module:callable",
+            "there is no method 'best'; methods are default, paper, cpd, stereo, a configuration (FILE.yaml) "
+            "and module:callable",
         ),
         ("nowhere:f", "cannot import 'nowhere': ModuleNotFoundError"),
         ("falls_over:f", "cannot import 'falls_over': ZeroDivisionError: division by zero"),
