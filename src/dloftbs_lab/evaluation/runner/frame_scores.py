@@ -101,7 +101,7 @@ def score(found: Found, known: KnownFrame, tolerance_px: float | None = None) ->
         space.l2_mm,
         space.l3_surface_mm,
         *_sure(found, {pair.found for pair in matching.pairs if pair.l3 <= limit}),
-        *score_harness(found.branch_points, matching, known.truth, limit, NODE * max(known.frame.size)),
+        **score_harness(found.branch_points, matching, known.truth, limit, NODE * max(known.frame.size))._asdict(),
     )
 
 
