@@ -196,6 +196,8 @@ def _under_cover(graph: Graph, matching: EndMatching) -> list[list[int]]:
     branches, partner = matching.branches, matching.partner
     states = branches.end_states
     gaps = [i for i, j in enumerate(partner) if j > i and not matching.is_crossing(i)]
+    if not gaps:
+        return []
     free = [end for end, node in enumerate(branches.nodes) if node == FREE and _is_loose(graph, matching, end)]
     found = []
     for i in gaps if free else ():
@@ -280,11 +282,15 @@ def _start_of_merge(
     parts = [_inward_points(graph, matching, end) for end in ends]
     counts = [0, *accumulate(map(len, parts))]
     widths = measure_radius(mask, np.concatenate(parts), np.array(counts), _CHORD_REACH_PX) * (2.0 / graph.width)
-    radii = [_radius(matching, end) for end in ends]
+    least = _MERGE_WIDTHS * graph.width
     reaches = []
     for points, start in zip(parts, counts, strict=False):
         count = _wide_points(widths[start : start + len(points)], graph.width)
-        reaches.append(float(np.hypot(*np.diff(points[: count + 1], axis=0).T).sum()) if count else 0.0)
+        is_short = count * math.sqrt(2.0) <= least  # the steps of a skeleton are no longer
+        reaches.append(0.0 if is_short else float(np.hypot(*np.diff(points[: count + 1], axis=0).T).sum()))
+    if max(reaches) <= least:
+        return None, 0.0
+    radii = [_radius(matching, end) for end in ends]
     tangents = matching.branches.end_states[ends][:, TANGENT]
     leads_on = ((tangents @ tangents.T).min(axis=1) <= _AHEAD).tolist()  # into one of the others
     widest = (1.0 - _WIDER) * max(radii)
@@ -293,7 +299,6 @@ def _start_of_merge(
     ]
     best = max(lengths)
     k = lengths.index(best)
-    least = _MERGE_WIDTHS * graph.width
     second = max(reaches[:k] + reaches[k + 1 :])
     if best <= least or second > max(least, 0.5 * best):  # all around is a blob, as tape makes it
         return None, 0.0
