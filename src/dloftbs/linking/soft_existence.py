@@ -12,12 +12,6 @@ from dloftbs.data.centerline import Centerline
 from dloftbs.linking.soft_existence_weights import IS_REAL
 from dloftbs.support.arrays import FloatArray
 
-_SHARE = 0.1
-"""Share of an object, the least sure one, whose probability counts.
-
-Source: by definition; a tenth.
-"""
-
 
 def with_soft_existence(lines: Sequence[Centerline], soft: npt.NDArray[np.uint8]) -> list[Centerline]:
     """Return centre lines whose existence takes a soft mask (H, W) into account."""
@@ -35,7 +29,7 @@ def reality_features(line: Centerline, soft: npt.NDArray[np.uint8]) -> FloatArra
     the width as a share of the width, and that of the length as a share of the image's diagonal.
     """
     rows, columns = (np.clip(np.rint(line.points[:, k]), 0, soft.shape[1 - k] - 1).astype(np.intp) for k in (1, 0))
-    least = float(np.quantile(soft[rows, columns], _SHARE))
+    least = float(np.quantile(soft[rows, columns], 0.1))
     unsteady = float(np.std(line.radius) / max(float(np.mean(line.radius)), 0.5))
     length = len(line.points) / math.hypot(*soft.shape)
     return np.array(

@@ -58,11 +58,6 @@ no more than the rest of it may be ground beside them.
 
 Source: by hand, on three sets of photographs: where others help, the colour finds .88 at most; mBEST's have more.
 """
-_ALL = 0.95
-"""The same of the cables without blur: so much is all but noise, on a plain ground with hard borders.
-
-Source: by definition.
-"""
 _WHOLE_SAMPLES = 2
 """Number of pictures whose samples of pixels are kept as they are; of more, each keeps its share.
 
@@ -148,7 +143,8 @@ class ColourModel:
     def _colour_will_do(self) -> bool:
         """Return whether the colour finds the cables beneath the strokes, and not the ground beside them."""
         blurred, sharp, beside = np.mean(self._shares, axis=0)
-        return bool((blurred >= _FOUND or sharp >= _ALL) and beside <= 1.0 - _FOUND)
+        is_found = blurred >= _FOUND or sharp >= 0.5 * (1.0 + _FOUND)  # without blur, half as much may be missing
+        return bool(is_found and beside <= 1.0 - _FOUND)
 
     def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
         """Segment an image.

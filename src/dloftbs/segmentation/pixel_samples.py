@@ -8,6 +8,7 @@ import struct
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import cv2
 import numpy as np
@@ -27,20 +28,10 @@ _MOST = 1200, 400, 400, 2400
 
 Source: bounds memory; a picture takes up to 60 kB of text.
 """
-_COLOURS = 600
-"""Most pixels of cables, and of the ground beside them, whose colours are kept.
-
-Source: bounds memory; a share is known to a fiftieth.
-"""
 _ROUGH_PX = 8.0
 """Width of cables in the blurred picture in which the colour has to find them, px.
 
 Source: by hand; their borders are a quarter of them then, as mixed as in a picture that is slightly out of focus.
-"""
-_SHIFTS = (0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)
-"""Shifts of the picture before it is resized, px of the resized one: a short stroke gives four times as many samples.
-
-Source: by definition; the middles between the pixels.
 """
 _HEAD = "<d7I"
 
@@ -91,7 +82,8 @@ class PixelSample:
         ground = pixels_of(image.shape[:2], [stroke for stroke in strokes if not stroke.cable])
         within = np.ones(ground.shape, np.bool_) if region is None else region.paste(np.ones(region.size, np.bool_)) > 0
         kinds: list[list[npt.NDArray[np.uint8]]] = [[] for _ in _MOST]
-        for across, down in _SHIFTS:
+        shifts = list(product((0.0, 0.5), repeat=2))  # half a pixel: a short stroke gives four times as many samples
+        for across, down in shifts:
             step = canonical.shrinking(found.width_px)
             part = slice(round(down * step), None), slice(round(across * step), None)
             small = canonical.resized(np.ascontiguousarray(image[part]), found.width_px)
@@ -101,14 +93,14 @@ class PixelSample:
             masks = cable, refused, beside, inside & ~(cable | refused | beside)
             for kind, where, most in zip(kinds, masks, _MOST, strict=True):
                 pixels = np.flatnonzero(where)
-                some = np.random.default_rng(0).permutation(len(pixels))[: int(share * most) // len(_SHIFTS)]
+                some = np.random.default_rng(0).permutation(len(pixels))[: int(share * most) // len(shifts)]
                 kind.append(canonical.features_of(small, pixels[np.sort(some)]))
         rough = cv2.GaussianBlur(canonical.resized(image, found.width_px, _ROUGH_PX), (3, 3), 0)
         on_cable, next_to = (_shrunk(where, rough.shape[1::-1]) for where in (found.cable, found.beside))
         colours = []
         for picture, where in ((rough, on_cable), (image, found.cable), (rough, next_to)):
             pixels = np.flatnonzero(where)
-            some = pixels[:: max(1, -(-len(pixels) // int(share * _COLOURS)))]
+            some = pixels[:: max(1, -(-len(pixels) // int(share * _MOST[1])))]
             colours.append(np.asarray(picture, np.uint8).reshape(-1, 3)[some])
         return cls(found.width_px, tuple(np.concatenate(kind, axis=1) for kind in kinds), tuple(colours))
 
@@ -171,7 +163,7 @@ def _cells(kind: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
 
 
 _START = struct.calcsize(_HEAD)
-_MAX_BYTES = _START + COUNT * sum(_MOST) + 3 * 3 * _COLOURS + 1
+_MAX_BYTES = _START + COUNT * sum(_MOST) + 3 * 3 * _MOST[1] + 1
 """Length of unpacked samples that are read at most, bytes.
 
 Source: derived.
