@@ -181,7 +181,7 @@ class ColourModel:
             return np.asarray(self._by_colour[log_colours.cells_of(image)], np.float32)
         return self._pixels(image)
 
-    def near(self, image: npt.NDArray[np.uint8], places: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
+    def _near(self, image: npt.NDArray[np.uint8], places: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
         """Return the mask of an image (H, W, 3) around places, non-zero in (H, W): elsewhere nothing is cable.
 
         A colour that decides alone decides everywhere: it costs no more.
