@@ -20,10 +20,19 @@ from dloftbs.linking.loops import close_rings, open_loops
 from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.linking.object_selection import choose
 from dloftbs.linking.parallel_runs import separate_parallel_runs
+from dloftbs.linking.soft_existence import with_soft_existence
 from dloftbs.linking.soft_lines import with_ends_that_go_on, with_soft_widths
 from dloftbs.linking.temporal_prior import TemporalPrior
 
-__all__ = ["Linking", "TemporalPrior", "choose", "link", "with_ends_that_go_on", "with_soft_widths"]
+__all__ = [
+    "Linking",
+    "TemporalPrior",
+    "choose",
+    "link",
+    "with_ends_that_go_on",
+    "with_soft_existence",
+    "with_soft_widths",
+]
 
 
 @dataclass(frozen=True, eq=False)

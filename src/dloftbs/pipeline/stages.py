@@ -27,7 +27,7 @@ from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import find_crossings, fit, keep_to_mask
 from dloftbs.kernels.shared.soft_masks import HALF
 from dloftbs.lifting import DepthEdges
-from dloftbs.linking import TemporalPrior, choose, link, with_ends_that_go_on, with_soft_widths
+from dloftbs.linking import TemporalPrior, choose, link, with_ends_that_go_on, with_soft_existence, with_soft_widths
 from dloftbs.pipeline.mask_gate import MaskGate
 from dloftbs.pipeline.nothing_found import too_many, why_nothing_is_left, why_too_short
 from dloftbs.pipeline.plausibility import refuse_mask, share_set
@@ -191,7 +191,7 @@ def run_stages(
         return run
     assert run.crop is not None
     if soft is not None and isinstance(config.linking, LinkingConfig):
-        lines = with_soft_widths(lines, soft)
+        lines = with_soft_existence(with_soft_widths(lines, soft), soft)
     curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
     if run.graph is not None:  # the published method believes in all its joints
         kept = [keep_to_mask(*one, run.crop, run.mask, config.fitting) for one in zip(lines, curves, strict=True)]

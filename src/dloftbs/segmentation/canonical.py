@@ -25,9 +25,14 @@ Source: by definition; cables fill a half and a fifth of them.
 """
 
 
-def resized(image: npt.NDArray[np.uint8], width_px: float) -> npt.NDArray[np.uint8]:
-    """Return an image (H, W, 3) in which cables of a width are `WIDTH_PX` wide."""
-    scale = min(WIDTH_PX / width_px, _MAX_SCALE)
+def shrinking(width_px: float, to_px: float = WIDTH_PX) -> float:
+    """Return the side of a pixel of the resized image, px of the image."""
+    return 1.0 / min(to_px / width_px, _MAX_SCALE)
+
+
+def resized(image: npt.NDArray[np.uint8], width_px: float, to_px: float = WIDTH_PX) -> npt.NDArray[np.uint8]:
+    """Return an image (H, W, 3) in which cables of a width are of another one."""
+    scale = 1.0 / shrinking(width_px, to_px)
     height, width = (max(1, round(scale * side)) for side in image.shape[:2])
     whole = max(1, int(1.0 / scale))  # means of whole squares are fast
     rough = max(1, image.shape[1] // whole), max(1, image.shape[0] // whole)

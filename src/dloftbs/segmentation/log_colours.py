@@ -32,11 +32,6 @@ CELLS = 64
 Source: bounds time; a table of as many colours is made in 20 ms.
 """
 
-_TRUNCATED = 3.0
-"""Distance at which kernels end, standard deviations.
-
-Source: numerics.
-"""
 AXES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0], [1.0, -2.0, 1.0]]) / np.sqrt([[3.0], [2.0], [6.0]])
 """Unit vectors of lightness and of the two axes of tint in red, green and blue.
 
@@ -99,9 +94,9 @@ def smooth(histogram: FloatArray, scales: tuple[tuple[float, float, float], ...]
     box = _filled(given)
     for share, lightness, tint in scales:
         sigma = (lightness, tint, tint) / BINS
-        reach = (_TRUNCATED * sigma + 0.5).astype(np.int64)
+        reach = (3.0 * sigma + 0.5).astype(np.int64)
         near = tuple(slice(max(0, side.start - far), side.stop + far) for side, far in zip(box, reach, strict=True))
-        density[near] += share * ndimage.gaussian_filter(given[near], sigma, mode="constant", truncate=_TRUNCATED)
+        density[near] += share * ndimage.gaussian_filter(given[near], sigma, mode="constant", truncate=3.0)
     return density.ravel().astype(np.float64)
 
 

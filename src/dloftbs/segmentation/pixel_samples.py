@@ -8,6 +8,7 @@ import struct
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import cv2
 import numpy as np
@@ -27,7 +28,12 @@ _MOST = 1200, 400, 400, 2400
 
 Source: bounds memory; a picture takes up to 60 kB of text.
 """
-_HEAD = "<d4I"
+_ROUGH_PX = 8.0
+"""Width of cables in the blurred picture in which the colour has to find them, px.
+
+Source: by hand; their borders are a quarter of them then, as mixed as in a picture that is slightly out of focus.
+"""
+_HEAD = "<d7I"
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +46,13 @@ class PixelSample:
         Width of the cables in the picture.
     kinds : tuple of four numpy.ndarray, shape (f, n), uint8
         Features of pixels on cables, beneath strokes on ground, beside cables, and elsewhere.
+    colours : tuple of three numpy.ndarray, shape (n, 3), uint8
+        BGR of pixels on cables that are resized and blurred, on cables as they are, and beside the former.
     """
 
     width_px: float
     kinds: tuple[npt.NDArray[np.uint8], ...]
+    colours: tuple[npt.NDArray[np.uint8], ...]
 
     @classmethod
     def of(
@@ -71,36 +80,45 @@ class PixelSample:
         if not found.width_px > 0.0:
             return None
         ground = pixels_of(image.shape[:2], [stroke for stroke in strokes if not stroke.cable])
-        small = canonical.resized(image, found.width_px)
-
-        def shrunk(where: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-            plane = cv2.resize(where.view(np.uint8) * np.uint8(255), small.shape[1::-1], interpolation=cv2.INTER_AREA)
-            return np.asarray(plane >= 128)
-
-        cable, refused, beside = (shrunk(where) for where in (found.cable, ground, found.beside))
-        rest = ~(cable | refused | beside)
-        if region is not None:
-            rest &= shrunk(region.paste(np.ones(region.size, np.bool_)))
-        kinds = []
-        for where, most in zip((cable, refused, beside, rest), _MOST, strict=True):
+        within = np.ones(ground.shape, np.bool_) if region is None else region.paste(np.ones(region.size, np.bool_)) > 0
+        kinds: list[list[npt.NDArray[np.uint8]]] = [[] for _ in _MOST]
+        shifts = list(product((0.0, 0.5), repeat=2))  # half a pixel: a short stroke gives four times as many samples
+        for across, down in shifts:
+            step = canonical.shrinking(found.width_px)
+            part = slice(round(down * step), None), slice(round(across * step), None)
+            small = canonical.resized(np.ascontiguousarray(image[part]), found.width_px)
+            cable, refused, beside, inside = (
+                _shrunk(where[part], small.shape[1::-1]) for where in (found.cable, ground, found.beside, within)
+            )
+            masks = cable, refused, beside, inside & ~(cable | refused | beside)
+            for kind, where, most in zip(kinds, masks, _MOST, strict=True):
+                pixels = np.flatnonzero(where)
+                some = np.random.default_rng(0).permutation(len(pixels))[: int(share * most) // len(shifts)]
+                kind.append(canonical.features_of(small, pixels[np.sort(some)]))
+        rough = cv2.GaussianBlur(canonical.resized(image, found.width_px, _ROUGH_PX), (3, 3), 0)
+        on_cable, next_to = (_shrunk(where, rough.shape[1::-1]) for where in (found.cable, found.beside))
+        colours = []
+        for picture, where in ((rough, on_cable), (image, found.cable), (rough, next_to)):
             pixels = np.flatnonzero(where)
-            some = np.random.default_rng(0).permutation(len(pixels))[: int(share * most)]
-            kinds.append(canonical.features_of(small, pixels[np.sort(some)]))
-        return cls(found.width_px, tuple(kinds))
+            some = pixels[:: max(1, -(-len(pixels) // int(share * _MOST[1])))]
+            colours.append(np.asarray(picture, np.uint8).reshape(-1, 3)[some])
+        return cls(found.width_px, tuple(np.concatenate(kind, axis=1) for kind in kinds), tuple(colours))
 
     def cells_of_cables(self) -> npt.NDArray[np.int32]:
         """Return the flat number of the cell of colours of each sample on a cable, shape (n,)."""
         return _cells(self.kinds[0])
 
-    def shares_in(self, cells: npt.NDArray[np.bool_]) -> tuple[float, float]:
-        """Return the shares of the samples on cables and beside them whose colour is in cells (64, 64, 64)."""
-        cable, beside = (cells.ravel()[_cells(kind)] for kind in (self.kinds[0], self.kinds[2]))
-        return float(cable.sum() / max(cable.size, 1)), float(beside.sum() / max(beside.size, 1))
+    def shares_in(self, cells: npt.NDArray[np.bool_]) -> tuple[float, ...]:
+        """Return the shares of the pixels of `colours` whose colour is in cells (64, 64, 64)."""
+        found = [cells.ravel()[log_colours.cells_of(colours)] for colours in self.colours]
+        return tuple(float(one.sum() / max(one.size, 1)) for one in found)
 
     def to_text(self) -> str:
         """Return the samples as text that `from_text` reads."""
-        head = struct.pack(_HEAD, self.width_px, *(kind.shape[1] for kind in self.kinds))
-        packed = head + b"".join(kind.tobytes() for kind in self.kinds)
+        counts = [kind.shape[1] for kind in self.kinds] + [len(colours) for colours in self.colours]
+        packed = struct.pack(_HEAD, self.width_px, *counts) + b"".join(
+            part.tobytes() for part in (*self.kinds, *self.colours)
+        )
         return base64.b64encode(zlib.compress(packed, 9)).decode()
 
     @classmethod
@@ -116,15 +134,24 @@ class PixelSample:
             unzip = zlib.decompressobj()
             packed = unzip.decompress(base64.b64decode(text, validate=True), _MAX_BYTES)
             width_px, *counts = struct.unpack_from(_HEAD, packed)
-            if not (unzip.eof and 0.0 < width_px < 1e6 and counts[0] and len(packed) == _START + COUNT * sum(counts)):
+            rows = np.array([COUNT] * len(_MOST) + [3, 3, 3])
+            size = _START + int(rows @ counts)
+            if not (unzip.eof and 0.0 < width_px < 1e6 and counts[0] and len(packed) == size):
                 raise ValueError("of another size")
         except (binascii.Error, ValueError, zlib.error, struct.error) as error:
             raise ConfigError(f"cannot read the samples of pixels {shown(text)}: draw the strokes again") from error
-        at, kinds = _START, []
-        for count in counts:
-            kinds.append(np.frombuffer(packed, np.uint8, COUNT * count, at).reshape(COUNT, count))
-            at += COUNT * count
-        return cls(width_px, tuple(kinds))
+        at, parts = _START, []
+        for row, count in zip(rows.tolist(), counts, strict=True):
+            parts.append(np.frombuffer(packed, np.uint8, row * count, at))
+            at += row * count
+        kinds = tuple(part.reshape(COUNT, -1) for part in parts[: len(_MOST)])
+        return cls(width_px, kinds, tuple(part.reshape(-1, 3) for part in parts[len(_MOST) :]))
+
+
+def _shrunk(where: npt.NDArray[np.bool_], size: tuple[int, ...]) -> npt.NDArray[np.bool_]:
+    """Return which pixels of a resized picture are set for the most part."""
+    plane = cv2.resize(where.astype(np.uint8) * np.uint8(255), size, interpolation=cv2.INTER_AREA)
+    return np.asarray(plane >= 128)
 
 
 def _cells(kind: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
@@ -136,7 +163,7 @@ def _cells(kind: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
 
 
 _START = struct.calcsize(_HEAD)
-_MAX_BYTES = _START + COUNT * sum(_MOST) + 1
+_MAX_BYTES = _START + COUNT * sum(_MOST) + 3 * 3 * _MOST[1] + 1
 """Length of unpacked samples that are read at most, bytes.
 
 Source: derived.

@@ -48,7 +48,7 @@ class StrokeSegmenter:
         self._since = self._since + 1 if is_tracked else 0
         if self._model.by_colour_alone or self._since % _EVERY == 0:
             return self._model(image)
-        return self._model.near(image, _places(prompt, (image.shape[0], image.shape[1])))
+        return self._model._near(image, _places(prompt, (image.shape[0], image.shape[1])))
 
     def reset(self) -> None:
         """Forget the frames before."""

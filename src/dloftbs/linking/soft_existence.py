@@ -1,0 +1,37 @@
+"""The probability that an object of a soft mask is real: how sure the mask is along it, its width and its length."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.data.centerline import Centerline
+from dloftbs.linking.soft_existence_weights import IS_REAL
+from dloftbs.support.arrays import FloatArray
+
+
+def with_soft_existence(lines: Sequence[Centerline], soft: npt.NDArray[np.uint8]) -> list[Centerline]:
+    """Return centre lines whose existence takes a soft mask (H, W) into account."""
+    found = []
+    for line in lines:
+        log_odds = float(reality_features(line, soft) @ np.array(IS_REAL))
+        found.append(line._with_existence(line.existence / (1.0 + math.exp(-log_odds))))
+    return found
+
+
+def reality_features(line: Centerline, soft: npt.NDArray[np.uint8]) -> FloatArray:
+    """Return what says whether an object is real, shape (4,).
+
+    These are 1, the log-odds of the mask's least sure tenth along the axis, the logarithm of the standard deviation of
+    the width as a share of the width, and that of the length as a share of the image's diagonal.
+    """
+    rows, columns = (np.clip(np.rint(line.points[:, k]), 0, soft.shape[1 - k] - 1).astype(np.intp) for k in (1, 0))
+    least = float(np.quantile(soft[rows, columns], 0.1))
+    unsteady = float(np.std(line.radius) / max(float(np.mean(line.radius)), 0.5))
+    length = len(line.points) / math.hypot(*soft.shape)
+    return np.array(
+        [1.0, math.log((least + 1.0) / (256.0 - least)), math.log(unsteady + 0.05), math.log(length + 0.01)]
+    )
