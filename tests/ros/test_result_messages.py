@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from array import array
 from dataclasses import replace
 from types import ModuleType
@@ -16,12 +17,13 @@ from ros import bag_examples as bags
 
 import dloftbs
 from dloftbs import FrameResult, InputError, PinholeCamera, Track, TrackState
-from dloftbs.data.answers import BendLimit
+from dloftbs.data.answers import BendLimit, with_answers
 from dloftbs.data.branch_point import BranchPoint
 from dloftbs.ros import (
     MarkerWriter,
     RclpyFactory,
     RosFrame,
+    answers_message,
     diagnostics_message,
     header_of,
     mask_message,
@@ -202,6 +204,17 @@ def test_diagnostics_warn_of_tight_bends():
     (status,) = sent(diagnostics_message(bags.MAKE2, header(), dloftbs.detect(mask), limit=BendLimit(0.03))).status
     assert status.level == 1
     assert "the frame has no depth" in status.message
+
+
+def test_answers_are_a_line_of_json():
+    mask = np.zeros((60, 120), bool)
+    mask[28:33, 10:110] = True
+    result = dloftbs.detect(mask)
+    text = sent(answers_message(bags.MAKE2, result, ("std", "topology"))).data
+    assert json.loads(text) == json.loads(json.dumps(with_answers(result, ("std", "topology"))))
+    assert "\n" not in text
+    with pytest.raises(InputError, match="answers are topology, shape, std, got 'knots'"):
+        answers_message(bags.MAKE2, result, ("knots",))
 
 
 def test_a_frame_that_comes_from_no_message_has_its_own_time():
