@@ -50,8 +50,10 @@ def check_kinds(kinds: Sequence[str]) -> tuple[str, ...]:
     Raises
     ------
     InputError
-        If there is another name among them.
+        If they are no sequence, or there is another name among them.
     """
+    if isinstance(kinds, str) or not isinstance(kinds, Sequence):
+        raise InputError(f"answers must be a sequence of {', '.join(KINDS)}, got {shown(kinds)}")
     for kind in kinds:
         if kind not in KINDS:
             raise InputError(f"answers are {', '.join(KINDS)}, got {shown(kind)}")
