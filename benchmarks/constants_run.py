@@ -30,6 +30,7 @@ _FRAMES = {
     "kinds": 48,
     "edge-cases": 24,
     "noise": 6,
+    "harness": 12,
 }
 """Number of frames of each kind at least; whole sequences. First what the most constants change."""
 
@@ -40,6 +41,7 @@ _CONFIGS = (
     (dloftbs.Config(), True),
     (dloftbs.Config(linking=dloftbs.config.LinkingConfig(objects=2)), False),
 )
+_CONFIGS_OF = {"harness": ((dloftbs.Config(linking=dloftbs.config.LinkingConfig(branched=True)), True),)}
 
 
 def write(path: Path) -> None:
@@ -64,7 +66,7 @@ def read(path: Path) -> None:
         digest = hashlib.sha256()
         for hsv, frames in sequences:
             segmentation = dloftbs.config.SegmentationConfig(hsv=hsv)
-            for config, tracked in _CONFIGS:
+            for config, tracked in _CONFIGS_OF.get(name, _CONFIGS):
                 pipeline = dloftbs.Pipeline(msgspec.structs.replace(config, segmentation=segmentation))
                 for frame in frames:
                     result = pipeline.process(frame) if tracked else pipeline.detect(frame)

@@ -16,6 +16,8 @@ from dloftbs.viz.items import Item
 
 SIZES = {dloftbs.PinholeCamera, dloftbs.DepthRegistration}
 """Types whose width is that of an image."""
+DRAWN = {dloftbs.Route}
+"""Types whose width is what a curve is drawn with, whatever the unit of the picture."""
 PUBLIC = [
     *(getattr(dloftbs, name) for name in dloftbs.__all__ if inspect.isclass(getattr(dloftbs, name))),
     TemporalPrior,
@@ -33,7 +35,9 @@ def parameters_of(kind: type) -> Iterator[str]:
 
 
 @pytest.mark.parametrize(
-    "kind", [kind for kind in PUBLIC if not (kind in SIZES or issubclass(kind, Enum))], ids=lambda kind: kind.__name__
+    "kind",
+    [kind for kind in PUBLIC if not (kind in SIZES | DRAWN or issubclass(kind, Enum))],
+    ids=lambda kind: kind.__name__,
 )
 def test_no_public_type_has_another_name_for_it(kind: type) -> None:
     assert "width" not in {*getattr(kind, "__annotations__", {}), *vars(kind), *parameters_of(kind)}

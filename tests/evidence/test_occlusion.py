@@ -130,7 +130,7 @@ class TestInput:
         [
             ({}, "needs occluders, depth or an image, got none of them"),
             ({"mask": OCCLUDERS}, "needs occluders, depth or an image, got none of them"),
-            ({"depth": depth_of(1.0)}, "only with a camera, got none"),
+            ({"depth": depth_of(1.0)}, "`depth` requires `camera`, got None"),
             ({"occluders": OCCLUDERS, "depth": depth_of(1.0)[:5], "camera": CAMERA}, "must have the same size"),
             ({"occluders": OCCLUDERS, "mask": OCCLUDERS[:5]}, "must have the same size"),
             ({"occluders": OCCLUDERS / 2.0}, "occluders must be bool or integer, any non-zero being an occluder"),

@@ -42,7 +42,7 @@ def test_lines_and_rows_are_cut_at_the_last_whole_frame(tmp_path, limit):
 
     rows = (tmp_path / "a.csv").read_text().splitlines(keepends=True)
     assert len(rows) == 1 + 200 * tables > 1
-    assert all(row.count(",") == 18 and row.endswith("\n") for row in rows)
+    assert all(row.count(",") == 20 and row.endswith("\n") for row in rows)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "a.jsonl"]
 
 

@@ -50,7 +50,7 @@ def test_after_a_kill_every_frame_written_can_be_read(killed):
 
     table = (folder / "a.csv").read_text().splitlines()
     assert len(table) - 1 >= 200 * count
-    assert all(line.count(",") == 18 for line in table[: 200 * count + 1])
+    assert all(line.count(",") == 20 for line in table[: 200 * count + 1])
 
     meshes = sorted((folder / "a").glob("*.ply"))
     assert count <= len(meshes) + (folder / "a.ply").is_file() <= count + 1
