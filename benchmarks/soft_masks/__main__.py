@@ -83,7 +83,8 @@ objects among those stated above .9.
 _OBJECTS = """
 An object is real with log-odds of {0:.2f} {1:+.2f} s {2:+.2f} w {3:+.2f} l. There, s are the log-odds of the mask along
 the tenth of the axis where it is least sure. The logarithm of the width's standard deviation as a share of it is w.
-That of the length as a share of the image's diagonal is l. That lowers `existence` and the confidence. Nothing is dropped.
+That of the length as a share of the image's diagonal is l. That lowers `existence` and the confidence. Nothing is
+dropped.
 
 | source | objects | real | stated | area | stated, left out | area, left out |
 | --- | ---: | ---: | ---: | ---: | ---: | ---: |
