@@ -16,7 +16,7 @@ from ui.page_client import Client
 from dloftbs import Config
 from dloftbs.cli.commands.track import track
 from dloftbs.cli.commands.tune import tune
-from dloftbs.cli.options import InputOptions
+from dloftbs.cli.input_options import InputOptions
 from dloftbs.cli.page import source_arguments
 from dloftbs.ui.server import Address
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dloftbs.cli.options import STANDARD_OUTPUT, Command
+from dloftbs.cli.config_options import Command
+from dloftbs.cli.output_options import STANDARD_OUTPUT
 from dloftbs.errors import InputError
 
 if TYPE_CHECKING:

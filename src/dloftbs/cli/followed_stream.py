@@ -9,7 +9,7 @@ from itertools import islice
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
-from dloftbs.cli.options import InputOptions
+from dloftbs.cli.input_options import InputOptions
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.config import Config
 from dloftbs.data.frame import Frame

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from dloftbs.cli.options import InputOptions
+from dloftbs.cli.input_options import InputOptions
 from dloftbs.cli.shell import Failure
 from dloftbs.config import Config, read_roi
 from dloftbs.data.frame import Frame

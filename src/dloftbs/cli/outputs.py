@@ -13,7 +13,7 @@ import click
 from dloftbs import sinks
 from dloftbs._version import __version__
 from dloftbs.cli.answer_options import NO_ANSWERS, Answers
-from dloftbs.cli.options import STANDARD_OUTPUT
+from dloftbs.cli.output_options import STANDARD_OUTPUT
 from dloftbs.config import Config, LinkingConfig
 from dloftbs.data.answers import with_answers
 from dloftbs.data.frame import Frame

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dloftbs.cli.options import Command, InputOptions
+from dloftbs.cli.config_options import Command
+from dloftbs.cli.input_options import InputOptions
 
 if TYPE_CHECKING:
     from dloftbs.config import Config

@@ -13,7 +13,7 @@ from typing import Any
 import click
 
 from dloftbs import sinks
-from dloftbs.cli.options import STANDARD_OUTPUT
+from dloftbs.cli.output_options import STANDARD_OUTPUT
 from dloftbs.cli.outputs import config_beside
 from dloftbs.config import Config
 from dloftbs.sinks.sink import Identity, identity_of

@@ -9,7 +9,7 @@ from itertools import islice
 
 from dloftbs.cli.followed_stream import FollowedStream, StreamOptions
 from dloftbs.cli.frames import UsableFrames
-from dloftbs.cli.options import InputOptions
+from dloftbs.cli.input_options import InputOptions
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from dloftbs.cli.config_options import Command, parse_changes, parse_hsv, read_config, stated_in
 from dloftbs.cli.limits import file_path
-from dloftbs.cli.options import Command, parse_changes, parse_hsv, read_config, stated_in
 
 if TYPE_CHECKING:
     from dloftbs.config import Config, HsvRange

@@ -6,7 +6,7 @@ from cli.cli_inputs import mask
 from dloftbs.cli.batch.input_list import list_inputs
 from dloftbs.cli.batch.settings import BatchSettings
 from dloftbs.cli.followed_stream import StreamOptions
-from dloftbs.cli.options import InputOptions
+from dloftbs.cli.input_options import InputOptions
 from dloftbs.config import Config
 
 SIZE = (60, 90)

@@ -10,7 +10,7 @@ from cli.cli_inputs import mask, photo, save
 from dloftbs.cli.batch import settings as settings_module
 from dloftbs.cli.batch.input_run import run_input
 from dloftbs.cli.batch.status_file import State, fingerprint_of, read_status, reason_to_run, write_status
-from dloftbs.cli.options import InputOptions
+from dloftbs.cli.input_options import InputOptions
 from dloftbs.config import Config
 
 

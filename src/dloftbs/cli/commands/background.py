@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.input_options import limit_option
 from dloftbs.cli.limits import FilledPath, file_path
-from dloftbs.cli.options import limit_option
 from dloftbs.cli.shell import BAD_INPUT, interrupted
 
 if TYPE_CHECKING:

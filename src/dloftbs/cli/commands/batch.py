@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.config_options import config_options
 from dloftbs.cli.help_sections import SectionedCommand
+from dloftbs.cli.input_options import InputOptions, every_option, fps_option, input_options, limit_option
 from dloftbs.cli.limits import MAX_JOBS, FilledPath, file_path
-from dloftbs.cli.options import InputOptions, config_options, every_option, fps_option, input_options, limit_option
 from dloftbs.cli.shell import BAD_INPUT, interrupted
 from dloftbs.errors import InputError, SinkError
 

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.config_options import roi_option
+from dloftbs.cli.input_options import topic_options
 from dloftbs.cli.limits import MAX_FRAMES, FilledPath, file_path
-from dloftbs.cli.options import check_pictures, roi_option, topic_options
+from dloftbs.cli.output_options import check_pictures
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

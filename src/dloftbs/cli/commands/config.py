@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.config_options import config_options
 from dloftbs.cli.limits import file_path
-from dloftbs.cli.options import config_options
 from dloftbs.cli.shell import BAD_INPUT, report_error
 from dloftbs.errors import ConfigError
 

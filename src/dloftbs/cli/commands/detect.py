@@ -14,20 +14,11 @@ from typing import TYPE_CHECKING
 import click
 
 from dloftbs.cli.answer_options import Answers, answer_options
+from dloftbs.cli.config_options import config_options
 from dloftbs.cli.help_sections import SectionedCommand
+from dloftbs.cli.input_options import InputOptions, every_option, input_options, limit_option
 from dloftbs.cli.limits import MAX_JOBS, FilledPath
-from dloftbs.cli.options import (
-    STANDARD_OUTPUT,
-    InputOptions,
-    check_pictures,
-    config_options,
-    every_option,
-    input_options,
-    limit_option,
-    out_option,
-    prints_to_terminal,
-    stages_option,
-)
+from dloftbs.cli.output_options import STANDARD_OUTPUT, check_pictures, out_option, prints_to_terminal, stages_option
 from dloftbs.cli.shell import BAD_INPUT, Failure, report_error
 from dloftbs.errors import DloftbsError, InputError, SourceError
 

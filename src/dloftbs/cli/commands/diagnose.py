@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.config_options import config_options
 from dloftbs.cli.help_sections import SectionedCommand
+from dloftbs.cli.input_options import InputOptions, every_option, fps_option, input_options
 from dloftbs.cli.limits import MAX_FRAMES, FilledPath
-from dloftbs.cli.options import InputOptions, check_pictures, config_options, every_option, fps_option, input_options
+from dloftbs.cli.output_options import check_pictures
 from dloftbs.cli.shell import interrupted
 
 if TYPE_CHECKING:

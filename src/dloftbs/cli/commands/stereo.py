@@ -11,17 +11,13 @@ import click
 
 from dloftbs.cli.answer_options import Answers, answer_options
 from dloftbs.cli.commands.track import open_page, open_sink
+from dloftbs.cli.config_options import config_options
 from dloftbs.cli.help_sections import SectionedCommand
+from dloftbs.cli.input_options import InputOptions, every_option, fps_option, input_options, limit_option
 from dloftbs.cli.limits import FilledPath
-from dloftbs.cli.options import (
+from dloftbs.cli.output_options import (
     STANDARD_OUTPUT,
-    InputOptions,
     check_pictures,
-    config_options,
-    every_option,
-    fps_option,
-    input_options,
-    limit_option,
     out_option,
     prints_to_terminal,
     stages_option,

@@ -9,20 +9,15 @@ from typing import TYPE_CHECKING
 import click
 
 from dloftbs.cli.answer_options import Answers, answer_options
+from dloftbs.cli.config_options import config_options
 from dloftbs.cli.help_sections import SectionedCommand
+from dloftbs.cli.input_options import InputOptions, every_option, fps_option, input_options, limit_option, robot_options
 from dloftbs.cli.limits import FilledPath
-from dloftbs.cli.options import (
+from dloftbs.cli.output_options import (
     STANDARD_OUTPUT,
-    InputOptions,
     check_pictures,
-    config_options,
-    every_option,
-    fps_option,
-    input_options,
-    limit_option,
     out_option,
     prints_to_terminal,
-    robot_options,
     stages_option,
     with_input_option,
 )

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.config_options import config_options
 from dloftbs.cli.help_sections import SectionedCommand
+from dloftbs.cli.input_options import InputOptions, every_option, input_options
 from dloftbs.cli.limits import FilledPath
-from dloftbs.cli.options import InputOptions, config_options, every_option, input_options
 from dloftbs.cli.page import LOOK_EVERY_S, PageOptions, check_colour, page_options, require_page, served
 from dloftbs.cli.shell import interrupted
 

@@ -1,0 +1,92 @@
+"""Options that say what is written, and where."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dloftbs.cli.limits import FilledPath
+from dloftbs.errors import InputError
+
+if TYPE_CHECKING:
+    pass
+
+STANDARD_OUTPUT = "-"
+DATA_SUFFIXES = (
+    *(".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".usda", ".xml", ".json", ".labelme", ".mcap", ".rrd"),
+)
+
+
+def check_data_paths(context: click.Context, parameter: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
+    """Let only names pass that say in which form data are to be written.
+
+    Raises
+    ------
+    click.BadParameter
+        On any other.
+    """
+    for path in paths:
+        if path != STANDARD_OUTPUT and not path.endswith("/") and Path(path).suffix.lower() not in DATA_SUFFIXES:
+            expected = f"must end in {', '.join(DATA_SUFFIXES)}, or in / for the folder of a rosbag2"
+            raise click.BadParameter(f"{expected}, got {path!r}", context, parameter)
+    return paths
+
+
+def check_pictures(*, video: bool) -> Callable[[click.Context, click.Parameter, str | None], str | None]:
+    """Return what lets only the name of a folder or a picture pass, and where `video` says so that of a video."""
+
+    def check(context: click.Context, parameter: click.Parameter, path: str | None) -> str | None:
+        if path is None:
+            return None
+        from dloftbs import sinks
+
+        wanted = (sinks.OverlayImagesSink, sinks.OverlayPictureSink) + (sinks.OverlayVideoSink,) * video
+        try:
+            kind = sinks.kind_of(path)
+        except InputError as error:
+            raise click.BadParameter(str(error), context, parameter) from error
+        if kind not in wanted or (kind is sinks.OverlayImagesSink and os.path.isfile(path)):
+            what = f"a folder, a picture (.png, ...){' or a video (.mp4, .mov)' * video}"
+            raise click.BadParameter(f"must be {what}, got {path!r}", context, parameter)
+        return path
+
+    return check
+
+
+def prints_to_terminal(outs: Sequence[str]) -> bool:
+    """Return True if results are printed where a person reads them."""
+    return STANDARD_OUTPUT in outs and sys.stdout.isatty()
+
+
+stages_option = click.option(
+    "--stages",
+    type=FilledPath(),
+    metavar="FOLDER|PNG",
+    callback=check_pictures(video=False),
+    help="Draw a figure of all stages of each frame by itself, in a folder, or in a file for a single one: it shows "
+    "where a mask or a curve goes wrong.",
+)
+with_input_option = click.option(
+    "--with-input",
+    is_flag=True,
+    help="Write the input into recordings of ROS, too, so that one file shows all: the messages of all topics of a "
+    "recording of ROS 2 as they are, else images, depth and camera.",
+)
+out_option = click.option(
+    "--out",
+    "-o",
+    "outs",
+    multiple=True,
+    type=FilledPath(),
+    metavar="FILE",
+    callback=check_data_paths,
+    help="Write curves to a file: .jsonl, .npz or .csv; in space .ply or .obj, and for simulators .usda (USD) or .xml "
+    "(MuJoCo). Write labels for training to .json (COCO: masks) or a folder .labelme (lines). .rrd is for the "
+    "viewer of Rerun. A file .mcap, or another folder that ends in /, is a recording of ROS. - is JSON lines on "
+    "standard output. Repeatable. The configuration used is written beside the first file, as NAME.config.yaml.",
+)
