@@ -12,6 +12,24 @@ from dloftbs.data.centerline import Centerline
 from dloftbs.linking.soft_existence_weights import IS_REAL
 from dloftbs.support.arrays import FloatArray
 
+_LEAST_SURE = 0.1
+"""Share of an object's axis on which the mask is less sure than the value that counts, of the whole axis.
+
+Source: by hand; one hole does not count, a stretch does.
+"""
+
+_LEAST_RADIUS_PX = 0.5
+"""Least mean radius that a width's deviation is a share of, px.
+
+Source: numerics; no line of pixels is thinner.
+"""
+
+_STEADY, _SHORT = 0.05, 0.01
+"""Deviation of a width as a share of it, and length as a share of the image's diagonal, that are as good as none.
+
+Source: numerics; the logarithm diverges at 0.
+"""
+
 
 def with_soft_existence(lines: Sequence[Centerline], soft: npt.NDArray[np.uint8]) -> list[Centerline]:
     """Return centre lines whose existence takes a soft mask (H, W) into account."""
@@ -29,9 +47,9 @@ def reality_features(line: Centerline, soft: npt.NDArray[np.uint8]) -> FloatArra
     the width as a share of the width, and that of the length as a share of the image's diagonal.
     """
     rows, columns = (np.clip(np.rint(line.points[:, k]), 0, soft.shape[1 - k] - 1).astype(np.intp) for k in (1, 0))
-    least = float(np.quantile(soft[rows, columns], 0.1))
-    unsteady = float(np.std(line.radius) / max(float(np.mean(line.radius)), 0.5))
+    least = float(np.quantile(soft[rows, columns], _LEAST_SURE))
+    unsteady = float(np.std(line.radius) / max(float(np.mean(line.radius)), _LEAST_RADIUS_PX))
     length = len(line.points) / math.hypot(*soft.shape)
     return np.array(
-        [1.0, math.log((least + 1.0) / (256.0 - least)), math.log(unsteady + 0.05), math.log(length + 0.01)]
+        [1.0, math.log((least + 1.0) / (256.0 - least)), math.log(unsteady + _STEADY), math.log(length + _SHORT)]
     )
