@@ -74,6 +74,7 @@ def test_without_objects_there_is_nothing_to_judge() -> None:
     assert with_existence([]) == []
 
 
+@pytest.mark.large
 def test_cables_are_counted_in_the_masks_of_a_network(shared_data: Path) -> None:
     """Tile joints, tools and shadows are no cables: in four of these 27 there are some."""
     right = []

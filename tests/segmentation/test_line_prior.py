@@ -1,10 +1,12 @@
 """The line prior: a line of doubtful pixels is a cable, a blot of them is none."""
 
 import numpy as np
+import pytest
 
 from dloftbs.segmentation.line_prior import LinePrior, PixelMaps
 
 
+@pytest.mark.large
 def test_a_gap_of_a_line_is_rather_cable_than_the_same_pixels_alone():
     own = np.zeros((80, 160), np.uint8)
     own[36:44, :] = 230

@@ -12,6 +12,8 @@ from dloftbs.pipeline import Pipeline
 from dloftbs.segmentation import ColourModel, Stroke
 from dloftbs.segmentation.stroke_segmenter import StrokeSegmenter
 
+pytestmark = pytest.mark.large  # a classifier of pixels is learned in each
+
 
 def prompt_on(mask, row=100.0):
     x = np.linspace(20.0, 280.0, 8)

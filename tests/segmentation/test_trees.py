@@ -13,6 +13,7 @@ def ring(count=2000, seed=0):
     return features, inside
 
 
+@pytest.mark.large
 def test_what_no_single_split_tells_is_learned_and_the_mean_is_a_probability():
     features, inside = ring()
     trees = Trees.grown(features, inside.astype(float), np.ones(features.shape[1]))
