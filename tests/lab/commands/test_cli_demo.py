@@ -268,3 +268,9 @@ def test_a_harness_is_drawn_and_tracked_in_a_folder_of_its_own(tmp_path):
 def test_a_harness_that_fits_no_video_is_an_error(tmp_path):
     result = run("demo", "--branched", "--out", tmp_path / "small", "--size", "64x64", code=1)
     assert "no demo of this size and length: " in result.stderr
+
+
+def test_two_demos_at_once_are_refused_and_nothing_is_written(tmp_path):
+    result = run("demo", "--branched", "--stereo", "--out", tmp_path / "both", code=2)
+    assert "--branched and --stereo are two demos: name one of them" in result.stderr
+    assert not (tmp_path / "both").exists()
