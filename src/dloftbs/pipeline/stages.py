@@ -131,8 +131,8 @@ def kernel_rooms(config: Config, frame: Frame) -> tuple[str, ...]:
     if frame.mask is None:
         colour = config.segmentation.colour
         by_pixels = colour is not None and any(picture.pixels for picture in colour.pictures)
-        parts = () if by_pixels else (".kernels.colour_table", ".kernels.plane_heights")
-        rooms[:0] = [f"segmentation{part}" for part in parts] or ["segmentation"]
+        by_table = ["segmentation.kernels.colour_table", "segmentation.kernels.plane_heights"]
+        rooms[:0] = ["segmentation"] if by_pixels else by_table
     if frame.image is not None or frame.depth is not None or frame.occluders is not None:
         rooms.append("evidence")
     rooms += ["pipeline.published" if isinstance(config.linking, GreedyLinkingConfig) else "linking", "fitting.kernels"]

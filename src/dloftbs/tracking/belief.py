@@ -39,7 +39,10 @@ Source: by definition; it exists with a probability of .95.
 
 @dataclass(slots=True)
 class Belief:
-    """Belief in the shape or in the existence of a track: what frames say of it, the last ones counting most."""
+    """Belief in the shape of a track, or in its existence: what frames say of it, the last ones counting most.
+
+    A shape is judged by the mean of what they say; existence by their sum, which forgetting bounds.
+    """
 
     _sum: float = 0.0
     _weight: float = 0.0
@@ -56,12 +59,12 @@ class Belief:
 
     @property
     def is_confirmed(self) -> bool:
-        """True if frames have together spoken for it."""
+        """True if the sum of what frames say is enough."""
         return self._sum >= _CONFIRMED_NATS
 
     @property
     def is_spent(self) -> bool:
-        """True if nothing speaks for it any more."""
+        """True if the sum of what frames say speaks for it no more."""
         return self._sum <= 0.0
 
     @property

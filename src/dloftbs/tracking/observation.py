@@ -88,7 +88,10 @@ class Observation(NamedTuple):
 
     @property
     def existence_log_odds(self) -> float:
-        """Log-odds, by the frame alone, that there is an object, nats: it is clear, or a cable that may be misread."""
+        """Log-odds, by the frame alone, that there is an object, nats.
+
+        Those of its confidence, where its reading is clear; else those of its existence, `READ_RIGHT` at most.
+        """
         if self.detection is None:
             return self.log_odds
         return max(self.log_odds, _log_odds(min(self.detection.existence, READ_RIGHT)))

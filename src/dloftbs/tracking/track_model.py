@@ -228,7 +228,7 @@ class TrackModel:
         self.visible = self.detection = None
 
     def count_hit(self, log_odds: float) -> None:
-        """Count a frame in which a part of the object was seen, which says by so many nats that there is one."""
+        """Count a frame in which a part of the object was seen, with its log-odds, nats, that there is one."""
         self.hits += 1
         self.misses = 0
         self.missing_s = 0.0
