@@ -317,7 +317,7 @@ def test_memory_stays_bounded_where_depth_never_comes(tmp_path):
     assert sum(frame.depth is not None for frame in frames) < 10
 
 
-@pytest.mark.parametrize("module", ["rosbags.typesys", "zstandard"])
+@pytest.mark.parametrize("module", ["rosbags.typesys", "zstandard", "mcap.records"])
 def test_a_package_that_is_missing_is_said_with_the_line_that_installs_it(module, tmp_path, monkeypatch):
     path = WRITERS["mcap in zstd"](tmp_path / "run")
     monkeypatch.setitem(sys.modules, module, None)

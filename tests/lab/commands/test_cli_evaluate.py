@@ -129,7 +129,7 @@ def labelled(tmp_path):
     folder = tmp_path / "mydata"
     folder.mkdir()
     (folder / "00.json").write_text(documented("json")[0])
-    (folder / "01.csv").write_text(next(body for body in documented("text") if body.startswith("object,x,y")))
+    (folder / "01.json").write_text(documented("json")[0])
     (folder / "02.json").write_text('{"curves": []}')
     for stem, drawn in (("00", True), ("01", True), ("02", False)):
         picture = np.full((200, 240, 3), (90, 120, 90), np.uint8)
