@@ -25,7 +25,7 @@ test: .venv/installed-dev
 
 # The node of ROS 2, with a ROS that comes from pip, in an environment of its own.
 test-ros: .venv-ros/installed
-	.venv-ros/bin/python -m pip install --quiet ./ros2/dloftbs_ros
+	.venv-ros/bin/python -m pip install --quiet --no-compile ./ros2/dloftbs_ros
 	.venv-ros/bin/python -m pytest ros2/dloftbs_ros/test
 
 lint: .venv/installed-dev
@@ -70,25 +70,26 @@ results: .venv/installed-dev
 clean:
 	rm -rf .venv .venv-ros .venv-docs demo dist build
 
+# What is imported is compiled then; most of what is installed never is.
 .venv/bin/python:
 	$(PYTHON) -m venv .venv
 
 .venv/installed: .venv/bin/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable ".[headless]"
+	$(BIN)/python -m pip install --quiet --no-compile --editable ".[headless]"
 	touch $@
 
 .venv/installed-dev: .venv/bin/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	$(BIN)/python -m pip install --quiet --no-compile --editable ".[dev]"
 	touch $@ .venv/installed
 
 .venv-docs/installed: pyproject.toml docs/requirements.txt
 	$(PYTHON) -m venv .venv-docs
-	.venv-docs/bin/python -m pip install --quiet --requirement docs/requirements.txt --editable ".[headless]"
+	.venv-docs/bin/python -m pip install --quiet --no-compile --requirement docs/requirements.txt --editable ".[headless]"
 	touch $@
 
 # Builds of ROS by third parties, so pinned, and for tests alone: robots have a ROS of their own.
 .venv-ros/installed: pyproject.toml
 	$(PYTHON) -m venv .venv-ros
-	.venv-ros/bin/python -m pip install --quiet "ros-jazzy-rclpy[fastrtps]==7.1.6" ros-jazzy-sensor-msgs \
+	.venv-ros/bin/python -m pip install --quiet --no-compile "ros-jazzy-rclpy[fastrtps]==7.1.6" ros-jazzy-sensor-msgs \
 		ros-jazzy-visualization-msgs ros-jazzy-diagnostic-msgs ros-jazzy-std-srvs "pytest>=7.4" --editable ".[headless]"
 	touch $@

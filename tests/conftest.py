@@ -10,7 +10,7 @@ import pytest
 from hypothesis import settings
 
 # Few are for kernels as plain Python, which take a hundred times as long.
-for profile, examples in (("few", 10), ("dloftbs", 50), ("thorough", 500)):
+for profile, examples in (("few", 5), ("dloftbs", 50), ("thorough", 500)):
     settings.register_profile(profile, derandomize=True, deadline=None, max_examples=examples, database=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dloftbs"))
 

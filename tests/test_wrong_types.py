@@ -369,7 +369,6 @@ def calls(folder: Path) -> dict[str, Call]:
         "viz.draw": {"image_or_frame": FRAME, "result": RESULT, "style": dloftbs.viz.Style()},
         "viz.draw_3d": {"frame": FRAME, "result": RESULT, "style": dloftbs.viz.Style()},
         "viz.draw_stages": {"trace": TRACE, "style": dloftbs.viz.Style()},
-        "viz.show": {"result": RESULT, "image_or_frame": FRAME},
     }
     for name in dloftbs.config.__all__:
         kind = getattr(dloftbs.config, name)
