@@ -293,7 +293,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.BagSource": {
             **{"path": RECORDING.path, "topic": "/dloftbs/mask", "depth_topic": "/dloftbs/mask"},
             **{"info_topic": "/dloftbs/camera_info", "kind": "mask", "camera": CAMERA, "registration": None},
-            **{"depth_unit_m": 0.001, "fps": 5.0, "guess_depth": True, "tolerance_s": 0.1, "keep_messages": False},
+            **{"depth_unit_m": 0.001, "fps": 5.0, "guess_depth": True, "tolerance_s": 0.1},
         },
         "ros.FrameMaker": {
             **{"where": "a", "kind": "auto", "rectified": False, "camera": CAMERA, "registration": None},
@@ -316,7 +316,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.Recording": {"path": RECORDING.path},
         "ros.Recording.messages": {"wanted": ["/dloftbs/mask"]},
         "ros.Recording.peek": {"wanted": ["/dloftbs/mask"]},
-        "ros.RosFrame": {"mask": MASK, "camera": CAMERA, "frame_id": "a", "stamp_ns": 1, "recorded": ()},
+        "ros.RosFrame": {"mask": MASK, "camera": CAMERA, "frame_id": "a", "stamp_ns": 1},
         "ros.RosbagsFactory": {"store": STORE},
         "ros.RosbagsFactory.__call__": {"type_name": "std_msgs/msg/Header", "frame_id": "a"},
         "ros.SampledTrack": {name: getattr(in_space, name) for name in ("track", "points", "s", "inferred")},
@@ -344,7 +344,6 @@ def calls(folder: Path) -> dict[str, Call]:
             "camera": CAMERA,
             "fps": 5.0,
             "jobs": 1,
-            "keep_messages": False,
         },
         "lab.Truth": {"curves": CURVES, "visible_masks": (), "ids": TRUTH.ids, "curves_3d": ()},
         "lab.Truth.from_dict": {"data": TRUTH.to_dict()},

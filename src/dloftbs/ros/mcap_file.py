@@ -17,7 +17,6 @@ from dloftbs.ros.bag_file import (
     MAX_RECORD_BYTES,
     SCAN_BYTES,
     BagFile,
-    Channel,
     CutError,
     RawMessage,
     Topic,
@@ -55,7 +54,7 @@ class McapFile(BagFile):
         return tuple(
             Topic(
                 channel.topic,
-                ros2_name(reader.schema(channel)[0]),
+                ros2_name(reader.type_of(channel)),
                 None if counts is None else counts.get(number, 0),
                 "" if channel.message_encoding in _ENCODINGS else channel.message_encoding or "an unknown form",
             )
@@ -97,10 +96,10 @@ class _Reader:
         self.channels, self._schemas = summary.channels, summary.schemas
         return counts
 
-    def schema(self, channel: Any) -> tuple[str, bytes, str]:
-        """Return the type of a channel's messages, its definition, and how that is written."""
+    def type_of(self, channel: Any) -> str:
+        """Return the type of a channel's messages."""
         schema = self._schemas.get(channel.schema_id)
-        return ("", b"", "") if schema is None else (schema.name, schema.data, schema.encoding)
+        return "" if schema is None else str(schema.name)
 
     def messages(self, wanted: Collection[str], most_bytes: int | None = None) -> Iterator[RawMessage]:
         """Yield the messages of some topics; of the file, `most_bytes` are read.
@@ -156,8 +155,7 @@ class _Reader:
             message = self._mcap.Message.read(stream, length)
             channel = self.channels.get(message.channel_id)
             if channel is not None and channel.topic in wanted and channel.message_encoding in _ENCODINGS:
-                times = message.log_time, message.data, message.publish_time, message.sequence
-                yield RawMessage(channel.topic, *times, self._recorded(channel))
+                yield RawMessage(channel.topic, message.log_time, message.data)
 
     def _from_chunk(self, chunk: Any, is_whole: bool, wanted: Collection[str]) -> Iterator[RawMessage]:
         content, is_all = decompressed(chunk.compression, chunk.data, chunk.uncompressed_size)
@@ -167,8 +165,3 @@ class _Reader:
             is_all = False
         if is_whole and not is_all:
             raise CutError("a chunk is damaged")
-
-    def _recorded(self, channel: Any) -> Channel | None:
-        if channel.message_encoding != "cdr":
-            return None
-        return Channel(channel.topic, *self.schema(channel), tuple(channel.metadata.items()))

@@ -36,7 +36,7 @@ from dloftbs.sources.tiff_stack import PageSource, open_pages
 from dloftbs.sources.unreadable import check_format
 from dloftbs.sources.video import LiveSource, VideoSource
 from dloftbs.support.array_likes import as_pixels, is_array_like
-from dloftbs.support.values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, check_path, shown
+from dloftbs.support.values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_number, check_path, shown
 
 __all__ = [
     "ArraySource",
@@ -75,7 +75,6 @@ def open(
     depth_topic: str | None = None,
     info_topic: str | None = None,
     mask_topic: str | None = None,
-    keep_messages: bool = False,
 ) -> Source:
     """Open whatever frames come from.
 
@@ -133,9 +132,6 @@ def open(
     mask_topic : str, optional
         Topic of the masks of a recording's images, paired with them by stamp, as a segmenter publishes them. Images
         without a mask are left out. A recording of masks alone is read by `topic`, with `kind="mask"`.
-    keep_messages : bool
-        Frames of a recording of ROS 2 carry the messages of all of its topics, for a `dloftbs.ros.BagSink` that copies
-        its input. Makes no difference to other frames.
 
     Returns
     -------
@@ -151,7 +147,6 @@ def open(
         where a video has to be read to count its frames, there is a warning at its end.
     """
     _check_options(kind, masks, fps, jobs)
-    check_flag("keep_messages", keep_messages)
     _check_paths(where, depth, masks, occluders, instances)
     camera, registration = _cameras(camera, registration)
     if depth_unit_m is None:
@@ -184,9 +179,7 @@ def open(
         opening = _Opening(kind, camera, fps, rules, own_registration, depth_unit_m, jobs, upright)
         source = _open_recorded(where, opening)
     else:
-        source = _open_ros(
-            recording, topics, kind, camera, own_registration, depth_unit_m, fps, depth is None, keep_messages
-        )
+        source = _open_ros(recording, topics, kind, camera, own_registration, depth_unit_m, fps, depth is None)
     if registration is not None and depth is None and not source.has_depth:
         source.close()
         raise InputError("a registration needs depth to be registered; there is none")
@@ -227,7 +220,6 @@ def _open_ros(
     depth_unit_m: float,
     fps: float | None,
     guess_depth: bool,
-    keep_messages: bool,
 ) -> Source:
     from dloftbs.ros import BagSource
 
@@ -243,7 +235,6 @@ def _open_ros(
         depth_unit_m=depth_unit_m,
         fps=fps,
         guess_depth=guess_depth,
-        keep_messages=keep_messages,
     )
 
 

@@ -113,7 +113,7 @@ def track(
     outputs = plan_outputs(outs, pictures, InputFiles(where, context.params), config, is_one=limit == 1)
     run = StreamRun(
         where[0] if len(where) == 1 else in_natural_order(where, inputs),
-        StreamOptions(inputs, config, fps, every, limit, keep_messages=with_input),
+        StreamOptions(inputs, config, fps, every, limit),
     )
     report = run.report
     try:
