@@ -122,7 +122,7 @@ def test_a_worker_that_is_killed_costs_its_input_alone(recordings, undisturbed, 
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_all_processes_and_leaves_nothing_half_done(recordings, undisturbed, tmp_path):
+def test_ctrl_c_ends_all_processes_and_leaves_nothing_half_done(recordings, tmp_path):
     process = begin(recordings, tmp_path)
     wait_until(lambda: parts(tmp_path))
     workers = psutil.Process(process.pid).children()
@@ -134,8 +134,6 @@ def test_ctrl_c_ends_all_processes_and_leaves_nothing_half_done(recordings, undi
     assert "left" in stderr
     assert psutil.wait_procs(workers, timeout=30)[1] == []
     assert not list(tmp_path.rglob(".*"))
-    run("batch", f"{recordings}/**/*.npy", "--out", tmp_path, "--jobs", 1, code=1)
-    assert contents(tmp_path) == undisturbed[0]
 
 
 def test_shards_share_the_inputs(recordings, undisturbed, tmp_path, monkeypatch):
