@@ -163,11 +163,24 @@ def thin() -> Picture:
     return pair("too strict", "whole", dashes, whole)
 
 
+def instances() -> Picture:
+    """Return the masks of two cables that cross, the lower one cut as a segmenter leaves it, and the curves."""
+    upper, lower = large(tubes(_OTHER)), large(tubes(_ONE)) & ~large(tubes(_OTHER))
+    parts = cv2.connectedComponents(lower.astype(np.uint8))[1]
+    masks = [upper, *(parts == part for part in range(1, parts.max() + 1))]
+    painted = draw(upper | lower, ())
+    for mask, colour in zip(masks, PALETTE, strict=False):
+        painted[mask] = colour
+    found = detect(instances=masks)
+    return sheet([(f"{len(masks)} masks", painted), (count(found), draw(upper | lower, found, style=_STYLE))])
+
+
 PICTURES: dict[str, Callable[[], Picture]] = {
     "stages/cleaning": cleaning,
     "stages/skeleton": skeleton,
     "stages/fitting": fitting,
     "stages/crossings": crossings,
+    "stages/instances": instances,
     "troubleshooting/inverted": inverted,
     "troubleshooting/pieces": pieces,
     "troubleshooting/debris": debris,

@@ -30,6 +30,16 @@ def test_a_colour_makes_the_mask(tmp_path):
     assert len(line["detections"]) == 1
 
 
+def test_an_image_in_which_nothing_is_found_says_so_beside_its_pictures(tmp_path):
+    speck = np.full((100, 200, 3), 120, np.uint8)
+    speck[50, 50] = (0, 0, 255)
+    image, overlay = save(tmp_path / "photo.png", speck), str(tmp_path / "overlay.png")
+    said = run("detect", image, "--hsv", RED, "--overlay", overlay).stderr
+    assert said.startswith("nothing found: nothing of the mask is left after the opening by 3 x 3 px")
+    assert "widen the colour, or draw a stroke" in said
+    assert run("detect", save(tmp_path / "red.png", photo()), "--hsv", RED, "--overlay", overlay).stderr == ""
+
+
 def test_several_colours_are_all_cable(tmp_path):
     two = photo(30)
     two[mask(70) > 0] = (255, 0, 0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import re
 from pathlib import Path
 
 import cv2
@@ -167,6 +168,15 @@ def test_a_frame_without_a_picture_that_cannot_be_read_is_skipped(tmp_path, log)
     write(tmp_path / "yolo", "yolo")
     assert read(tmp_path / "yolo", instances="{stem}.txt") == []
     assert "shares of the picture's size, which is needed beside it" in log.text
+
+
+@pytest.mark.parametrize("rule", ["masks/{stem}_mask_*.png", "masks/{stem}.png"])
+def test_a_rule_by_which_no_frame_has_a_file_is_refused_with_the_place_it_means(tmp_path, rule):
+    for t in range(2):
+        save(tmp_path / f"f{t}.png", picture())
+    expected = re.escape(str(tmp_path / rule.replace("{stem}", "f0")))
+    with pytest.raises(SourceError, match=f"such as '{expected}'; a rule starts from the folder of the frames"):
+        sources.open(tmp_path, instances=rule)
 
 
 @pytest.mark.parametrize(

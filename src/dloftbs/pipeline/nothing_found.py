@@ -13,7 +13,12 @@ def why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame) -> str:
     """Say why the cleaned mask is empty."""
     if mask.any():
         side = config.cleaning.open_px
-        return f"nothing of the mask is left after the opening by {side} x {side} px"
+        hint = (
+            ""
+            if frame.mask is not None
+            else ": the segmentation marks specks alone; widen the colour, or draw a stroke"
+        )
+        return f"nothing of the mask is left after the opening by {side} x {side} px{hint}"
     if frame.mask is not None:
         if frame.mask_is == "probability" or is_probability(frame.mask):
             return "the mask is a probability that nowhere is one half or more: threshold it lower (mask > 31)"

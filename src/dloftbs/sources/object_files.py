@@ -13,7 +13,7 @@ from dloftbs.data.instance_labels import Labels, Size, as_labels, paint
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.annotations import ANNOTATION_SUFFIXES, read_annotations, read_coco
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, list_files
-from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, is_union, partners_of, stem_under
+from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, is_union, partner_of, partners_of, stem_under
 from dloftbs.sources.picture_stream import PictureStream
 from dloftbs.sources.pixel_values import read_labels, read_mask
 from dloftbs.sources.pixels import Picture, load_npy
@@ -49,6 +49,11 @@ def object_reads(where: str, beside: Sequence[Path] | None) -> list[Read]:
             raise InputError(f"the naming rule {where!r} needs frames in files of their own")
         frames = {Path(os.path.normpath(path)) for path in beside} if is_pattern(where) else ()
         groups = partners_of(beside, where)
+        if len(beside) > 1 and not any(file.exists() for files in groups for file in files):
+            raise SourceError(
+                f"instances: no frame has a file by the rule {where!r}, such as {str(partner_of(beside[0], where))!r}; "
+                "a rule starts from the folder of the frames"
+            )
         return [partial(_read, [file for file in files if file not in frames], where) for files in groups]
     path = Path(os.path.expanduser(where))
     check_place(path, f"instances: there is no file {where!r}, and it is no naming rule with {STEM}")

@@ -114,7 +114,7 @@ def bare_items_of(objects: Object | Iterable[Object], style: Style) -> list[Item
 
 def _labelled(label: str, confidence: float) -> str:
     """Return a label with the confidence behind it, where that is less than full."""
-    return label if confidence >= _SURE else f"{label} {100.0 * confidence:.0f} %"
+    return label if confidence >= _SURE else f"{label}: {100.0 * confidence:.0f} %"
 
 
 def _of_detection(detection: Detection, index: int, result: FrameResult, label: str, colour: Colour) -> Item:

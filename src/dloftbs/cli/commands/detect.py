@@ -113,8 +113,10 @@ def detect(
                 report.add(result)
                 progress.tick(report)
     report.skipped = batch.failures
-    if report.frames > 1:  # of one image, the result says all
+    if report.frames > 1:
         click.echo(report.summary(), err=True)
+    elif report.reasons.total:  # of one image, the result says all else
+        click.echo(f"nothing found: {next(iter(report.reasons.counts()))}", err=True)
     if batch.failures:
         context.exit(BAD_INPUT)
 
