@@ -120,8 +120,13 @@ def _join_pieces(groups: list[Group], geometry: RigGeometry, extra: Costs) -> No
         for group in groups:
             if view not in group.matches or len(group.matches) < 2 or group.curves[view].closed:
                 continue
+            before = _cost(group, view, group.curves[view], geometry) - len(own.nodes) * _unlike(
+                group, view, number, extra
+            )
+            if before <= best:  # no piece can make it better than that
+                continue
             for curve, order in _orders(group.curves[view], group.pieces[view], own, number):
-                gain = _gain(group, view, curve, geometry) - len(own.nodes) * _unlike(group, view, number, extra)
+                gain = before - _cost(group, view, curve, geometry)
                 if gain > best:
                     best, chosen = gain, (group, curve, order)
         if chosen is not None:
@@ -138,13 +143,11 @@ def _orders(curve: ViewCurve, pieces: list[int], own: ViewCurve, number: int) ->
     ]
 
 
-def _gain(group: Group, view: int, curve: ViewCurve, geometry: RigGeometry) -> float:
-    """Return by how much less views differ, in all, if the curve of one is replaced by a longer one."""
+def _cost(group: Group, view: int, curve: ViewCurve, geometry: RigGeometry) -> float:
+    """Return by how much a curve that an object may have in a view differs from that in another one, in all."""
     other = min(one for one in group.matches if one != view)
-    pose, std = geometry.steps[other][view], geometry.epipolar_std(other)
-    before, _ = pair_costs(group.curves[other], group.curves[view], pose, std)
-    after, _ = pair_costs(group.curves[other], curve, pose, std)
-    return before - after
+    forward, _ = pair_costs(group.curves[other], curve, geometry.steps[other][view], geometry.epipolar_std(other))
+    return forward
 
 
 def _unlike(group: Group, view: int, number: int, extra: Costs) -> float:
