@@ -417,9 +417,7 @@ def _with_space(view: int, result: FrameResult, found: RigObjects, geometry: Rig
         if view > 0:
             control = curve.control_points @ pose.rotation.T + pose.shift
             curve = BSplineCurve._unchecked(curve.knots, control, curve.degree, curve.closed)
-        made = Detection._unchecked(
-            own.centerline, own.curve, curve, None, run.__dict__["_fitted_inferred_3d"], camera
-        )
+        made = Detection._unchecked(own.centerline, own.curve, curve, None, run.__dict__["_fitted_inferred_3d"], camera)
         made.__dict__["_rig_std_m"] = run.std_m
         detections[match.second] = made
     seen = copy.copy(result)
