@@ -43,7 +43,8 @@ def doubt_rig(curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometry, grou
     exchanged = _agreement(match_views(second, first, pose, std))
     inverted = _agreement(match_views(first, second, inverse, std))
     least = max(_BETTER * own, _POOR * MOST_MEAN_COST)
-    if exchanged >= max(least, inverted):
+    # Of cameras side by side, both are the same.
+    if exchanged >= max(least, inverted / _BETTER):
         return (
             "the views match far better if they are exchanged: give them in the order of the rig's cameras (left and "
             "right are swapped), or exchange the poses of the rig"
