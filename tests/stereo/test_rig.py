@@ -138,7 +138,11 @@ def test_a_part_hidden_in_one_view_is_bridged_and_said(hidden):
     assert [len(view) for view in result.views] == [3 - hidden, 2 + hidden]
     one = next(one for one in result if len(one.pieces[hidden]) == 2)
     assert one.members[hidden] in one.pieces[hidden]
+    early = one.reversed()  # before anybody measured its spans
     assert one.inferred_3d
+    turned = np.array([(1.0 - high, 1.0 - low) for low, high in one.inferred_3d[::-1]])
+    assert np.allclose(early.inferred_3d, turned, atol=1e-9)
+    assert np.allclose(one.reversed().inferred_3d, turned, atol=1e-9)
     assert one.curve_3d.length == pytest.approx(max(each.curve_3d.length for each in whole), rel=0.03)
     assert distances_m(one.curve_3d, BENT).max() < 0.02
     assert all(each.curve_3d is not None for each in result)
@@ -233,10 +237,11 @@ def test_a_rig_survives_its_dictionary():
     assert (again.pixel_std, again.rotation_std_deg) == (0.3, 0.0)
 
 
-def test_views_that_are_exchanged_are_named(caplog):
+@pytest.mark.parametrize("cables", [(BENT,), (BENT, OTHER)])
+def test_views_that_are_exchanged_are_named(cables, caplog):
     r = rig()
     with caplog.at_level(logging.WARNING):
-        result = r.detect(masks(r, BENT)[::-1])
+        result = r.detect(masks(r, *cables)[::-1])
     assert "left and right" in caplog.text
     assert "left and right" in result.objects[0].no_3d_reason
 

@@ -9,11 +9,16 @@ import numpy as np
 from dloftbs.stereo.view_curves import ViewCurve
 
 
+def nodes_between(first: ViewCurve, second: ViewCurve) -> int:
+    """Return the number of nodes in the gap between two curves, one after the other."""
+    step = math.dist(first.nodes[-1], first.nodes[-2])
+    return max(round(math.dist(first.nodes[-1], second.nodes[0]) / step) - 1, 0)
+
+
 def joined(first: ViewCurve, second: ViewCurve) -> ViewCurve:
     """Return two curves, one after the other, with nodes on a straight line between them and no observations there."""
-    step = np.linalg.norm(np.diff(first.nodes, axis=0), axis=1).mean()
     start, end = first.nodes[-1], second.nodes[0]
-    between = max(round(float(np.linalg.norm(end - start) / step)) - 1, 0)
+    between = nodes_between(first, second)
     share = np.arange(1, between + 1)[:, None] / (between + 1)
     widths = np.interp(share.ravel(), (0.0, 1.0), (first.widths[-1], second.widths[0]))
     return ViewCurve(

@@ -10,7 +10,7 @@ from dloftbs.stereo.view_curves import ViewCurve
 from dloftbs.stereo.view_groups import Group, RigGeometry
 
 _POOR = 0.7
-"""Share of the best possible agreement of two views below which their rig is looked at.
+"""Share of the best possible agreement of two curves that, where none has it, makes the rig be looked at.
 
 Source: by hand; right rigs of one cable have more than 0.9 in nearly all frames.
 """
@@ -33,15 +33,18 @@ def doubt_rig(curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometry, grou
     groups : sequence of Group
     """
     first, second = curves[0], curves[1]
-    own = _agreement([group.matches[1] for group in groups if {0, 1} <= group.matches.keys()])
-    if not first or not second or own > _POOR * MOST_MEAN_COST * min(len(first), len(second)):
+    pairs = [group.matches[1] for group in groups if {0, 1} <= group.matches.keys()]
+    # Curves that fit each other all along are seldom a coincidence: then others are seen in one view alone.
+    if not first or not second or any(MOST_MEAN_COST - pair.cost > _POOR * MOST_MEAN_COST for pair in pairs):
         return None
+    own = _agreement(pairs)
     pose, std = geometry.steps[0][1], geometry.epipolar_std(0)
     inverse = Pose(pose.rotation.T.copy(), -pose.rotation.T @ pose.shift)
     exchanged = _agreement(match_views(second, first, pose, std))
     inverted = _agreement(match_views(first, second, inverse, std))
     least = max(_BETTER * own, _POOR * MOST_MEAN_COST)
-    if exchanged >= max(least, inverted):
+    # Of cameras side by side, both are the same.
+    if exchanged >= max(least, inverted / _BETTER):
         return (
             "the views match far better if they are exchanged: give them in the order of the rig's cameras (left and "
             "right are swapped), or exchange the poses of the rig"

@@ -124,5 +124,6 @@ def pair_costs(a: ViewCurve, b: ViewCurve, pose: Pose, std: float) -> tuple[floa
 def _probability(gains: FloatArray, i: int, j: int) -> float:
     """Return the probability of a pair among those that share one of the two, and none at all."""
     own = float(gains[i, j])
-    others = np.exp(0.5 * EVIDENCE * (own - gains[i])).sum() + np.exp(0.5 * EVIDENCE * (own - gains[:, j])).sum()
-    return 1.0 / (float(others) - 1.0 + math.exp(0.5 * EVIDENCE * own))
+    # The pair itself is in its row and in its column.
+    others = sum(math.exp(0.5 * EVIDENCE * (own - other)) for other in (*gains[i].tolist(), *gains[:, j].tolist(), 0.0))
+    return 1.0 / (others - 1.0)

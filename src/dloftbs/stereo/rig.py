@@ -411,18 +411,14 @@ def _with_space(view: int, result: FrameResult, found: RigObjects, geometry: Rig
             continue
         if len(group.matches) < 2:
             continue
-        curve = one.curve_3d
+        run = one.reversed() if match.backwards else one
+        curve = run.curve_3d
+        assert curve is not None  # it has one either way
         if view > 0:
             control = curve.control_points @ pose.rotation.T + pose.shift
             curve = BSplineCurve._unchecked(curve.knots, control, curve.degree, curve.closed)
-        spans = one.inferred_3d
-        if match.backwards:
-            curve = curve.reversed()
-            spans = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(spans)])
-        made = Detection._unchecked(own.centerline, own.curve, curve, None, (), camera)
-        assert one.std_m is not None  # it goes with the curve
-        made.__dict__["inferred_3d"] = spans
-        made.__dict__["_rig_std_m"] = one.std_m[::-1] if match.backwards else one.std_m
+        made = Detection._unchecked(own.centerline, own.curve, curve, None, run.__dict__["_fitted_inferred_3d"], camera)
+        made.__dict__["_rig_std_m"] = run.std_m
         detections[match.second] = made
     seen = copy.copy(result)
     object.__setattr__(seen, "detections", tuple(detections))

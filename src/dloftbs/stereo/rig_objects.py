@@ -11,13 +11,12 @@ import numpy as np
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.stereo.rig_result import Members, RigObject
 from dloftbs.stereo.space_fit import STD_SAMPLES, SpaceCurve, fit_in_space
 from dloftbs.stereo.space_layout import lay_out
 from dloftbs.stereo.view_curves import ViewCurve
 from dloftbs.stereo.view_groups import Costs, Group, RigGeometry, group_detections
-from dloftbs.support.arrays import AnyArray, FloatArray
+from dloftbs.support.arrays import AnyArray
 
 _MOST_RESIDUAL_PX = 3.0
 """Distance of a curve's projections from what the views show beyond which it is not in space, px.
@@ -105,7 +104,7 @@ def _object(group: Group, fitted: SpaceCurve | None, geometry: RigGeometry) -> R
         return RigObject(row, None, reason, confidence=confidence, pieces=pieces)
     curve = _in_first(fitted.curve, _reference(group), geometry)
     unknown = ~fitted.shown | (fitted.std_m > fitted.width_m)
-    spans = _spans_of(unknown, curve)
+    spans = _spans_of(unknown)
     return RigObject._unchecked(row, curve, None, spans, fitted.width_m, confidence, fitted.std_m, pieces)
 
 
@@ -118,7 +117,7 @@ def _alone(group: Group, results: Sequence[FrameResult], geometry: RigGeometry) 
         return RigObject(row, None, curve.problem or _NO_PARTNER, pieces=pieces)
     std = detection.curve_3d_std(detection.curve_3d.u_at(np.linspace(0.0, 1.0, STD_SAMPLES)))
     placed = _in_first(detection.curve_3d, view, geometry)
-    return RigObject._unchecked(row, placed, None, detection.inferred_3d, detection.width_m, 1.0, std, pieces)
+    return RigObject(row, placed, None, detection.inferred_3d, detection.width_m, 1.0, std, pieces)
 
 
 def _in_first(curve: BSplineCurve, view: int, geometry: RigGeometry) -> BSplineCurve:
@@ -129,12 +128,10 @@ def _in_first(curve: BSplineCurve, view: int, geometry: RigGeometry) -> BSplineC
     return curve.transformed(pose.rotation.T, -pose.rotation.T @ pose.shift)
 
 
-def _spans_of(flags: AnyArray, curve: BSplineCurve) -> tuple[tuple[float, float], ...]:
-    """Return the intervals of a curve's ``u`` that flagged samples cover, each to halfway to the next one."""
+def _spans_of(flags: AnyArray) -> tuple[tuple[float, float], ...]:
+    """Return the intervals of a spline's own parameter that flagged samples cover, each to halfway to the next one."""
     if not flags.any():
         return ()
-    points, length = sample_cubic(curve.knots, curve.control_points, 0.0, 1.0, STD_SAMPLES)
-    along = np.concatenate(([0.0], np.cumsum(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))))
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
-    bounds: FloatArray = np.clip(np.interp(edges - 0.5, np.arange(STD_SAMPLES), along) / length, 0.0, 1.0)
-    return tuple(zip(bounds[::2].tolist(), bounds[1::2].tolist(), strict=True))
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False]))))
+    bounds = np.clip((edges - 0.5) / (STD_SAMPLES - 1), 0.0, 1.0).tolist()
+    return tuple(zip(bounds[::2], bounds[1::2], strict=True))

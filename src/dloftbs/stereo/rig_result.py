@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
-from dloftbs.data.curve import BSplineCurve, check_curve
+from dloftbs.data.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.data.deviation import deviation_at
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import TrackState
@@ -69,7 +69,7 @@ class RigObject:
     members: Members
     curve_3d: BSplineCurve | None = None
     no_3d_reason: str | None = None
-    inferred_3d: tuple[tuple[float, float], ...] = ()
+    inferred_3d: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `__getattr__`
     width_m: float | None = None
     confidence: float = 1.0
     std_m: FloatArray | None = None
@@ -104,25 +104,35 @@ class RigObject:
         members: Members,
         curve_3d: BSplineCurve | None,
         no_3d_reason: str | None,
-        inferred_3d: tuple[tuple[float, float], ...],
+        fitted_inferred_3d: tuple[tuple[float, float], ...],
         width_m: float | None,
         confidence: float,
         std_m: FloatArray | None,
         pieces: tuple[tuple[int, ...], ...],
     ) -> RigObject:
-        """Make what the constructor makes, faster."""
+        """Make what the constructor makes, faster, from intervals of the own parameter of the spline in space."""
         made = cls.__new__(cls)
         made.__dict__.update(
             members=members,
             curve_3d=curve_3d,
             no_3d_reason=no_3d_reason,
-            inferred_3d=inferred_3d,
+            _fitted_inferred_3d=fitted_inferred_3d,
             width_m=width_m,
             confidence=confidence,
             std_m=None if std_m is None else frozen(std_m),
             pieces=pieces,
         )
         return made
+
+    if not TYPE_CHECKING:  # where it would vouch for any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Measure the curve in space once somebody asks for parts of its length, as `Detection` does."""
+            fitted = self.__dict__.get("_fitted_inferred_3d")
+            if name != "inferred_3d" or fitted is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            spans = self.__dict__[name] = spans_by_length(self.curve_3d, fitted)
+            return spans
 
     def __repr__(self) -> str:
         in_space = f"{self.curve_3d.length:.4g} m" if self.curve_3d is not None else "not in space"
@@ -147,10 +157,13 @@ class RigObject:
         """Return the same object run the other way."""
         if self.curve_3d is None or self.std_m is None:
             return self
-        spans = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d)])
         curve, std = self.curve_3d.reversed(), self.std_m[::-1].copy()
         pieces = tuple([own[::-1] for own in self.pieces])
-        return RigObject._unchecked(self.members, curve, None, spans, self.width_m, self.confidence, std, pieces)
+        made = RigObject._unchecked(self.members, curve, None, (), self.width_m, self.confidence, std, pieces)
+        for name in ("inferred_3d", "_fitted_inferred_3d"):
+            if name in self.__dict__:
+                made.__dict__[name] = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(self.__dict__[name])])
+        return made
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

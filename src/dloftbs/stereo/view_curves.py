@@ -179,8 +179,8 @@ def _depth_rows(detection: Detection) -> tuple[FloatArray, FloatArray]:
 
 def _rough_length(detection: Detection) -> float:
     """Return the length of the polygon of a curve's control points, px, which is hardly longer than the curve."""
-    steps = np.diff(detection.curve.control_points, axis=0)
-    return float(np.sqrt((steps * steps).sum(axis=1)).sum())
+    control = detection.curve.control_points.tolist()
+    return sum(map(math.dist, control, control[1:]))
 
 
 def _undo_lens(blocks: FloatArray, camera: PinholeCamera) -> None:

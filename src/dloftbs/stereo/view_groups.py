@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.stereo.curve_parts import joined
+from dloftbs.stereo.curve_parts import joined, nodes_between
 from dloftbs.stereo.epipolar_matching import EPIPOLAR_STD_PX, Match, match_views, pair_costs
+from dloftbs.stereo.kernels.epipolar_paths import OPEN_COST
 from dloftbs.stereo.space_fit import Pose, RigErrors
 from dloftbs.stereo.view_curves import ViewCurve
 from dloftbs.support.arrays import FloatArray
@@ -120,8 +121,13 @@ def _join_pieces(groups: list[Group], geometry: RigGeometry, extra: Costs) -> No
         for group in groups:
             if view not in group.matches or len(group.matches) < 2 or group.curves[view].closed:
                 continue
-            for curve, order in _orders(group.curves[view], group.pieces[view], own, number):
-                gain = _gain(group, view, curve, geometry) - len(own.nodes) * _unlike(group, view, number, extra)
+            before = _cost(group, view, group.curves[view], geometry) - len(own.nodes) * _unlike(
+                group, view, number, extra
+            )
+            if before <= best:  # no piece can make it better than that
+                continue
+            for curve, order in _orders(group, view, own, number, geometry):
+                gain = before - _cost(group, view, curve, geometry)
                 if gain > best:
                     best, chosen = gain, (group, curve, order)
         if chosen is not None:
@@ -129,27 +135,38 @@ def _join_pieces(groups: list[Group], geometry: RigGeometry, extra: Costs) -> No
             groups.remove(piece)
 
 
-def _orders(curve: ViewCurve, pieces: list[int], own: ViewCurve, number: int) -> list[tuple[ViewCurve, list[int]]]:
-    """Return the curves that a piece makes at either end of another, run either way, and the order of pieces."""
-    return [
-        way
-        for turned in (own, own.reversed())
-        for way in ((joined(curve, turned), [*pieces, number]), (joined(turned, curve), [number, *pieces]))
-    ]
+def _orders(
+    group: Group, view: int, own: ViewCurve, number: int, geometry: RigGeometry
+) -> Iterator[tuple[ViewCurve, list[int]]]:
+    """Yield the curves that a piece makes at either end of an object's, run either way, and the order of pieces.
+
+    Left out is what cannot fit better than without the piece: what a path gains by a piece is at most what one along
+    the piece alone does, and what it gains in the gap.
+    """
+    curve, pieces, other = group.curves[view], group.pieces[view], _other(group, view)
+    costs = pair_costs(group.curves[other], own, geometry.steps[other][view], geometry.epipolar_std(other))
+    for alone, turned in zip(costs, (own, own.reversed()), strict=True):
+        most = 0.5 * OPEN_COST * len(group.curves[other].nodes) - alone
+        for first, second, order in ((curve, turned, [*pieces, number]), (turned, curve, [number, *pieces])):
+            if most + 0.5 * OPEN_COST * nodes_between(first, second) > 0.0:
+                yield joined(first, second), order
 
 
-def _gain(group: Group, view: int, curve: ViewCurve, geometry: RigGeometry) -> float:
-    """Return by how much less views differ, in all, if the curve of one is replaced by a longer one."""
-    other = min(one for one in group.matches if one != view)
-    pose, std = geometry.steps[other][view], geometry.epipolar_std(other)
-    before, _ = pair_costs(group.curves[other], group.curves[view], pose, std)
-    after, _ = pair_costs(group.curves[other], curve, pose, std)
-    return before - after
+def _other(group: Group, view: int) -> int:
+    """Return the first other view that shows an object."""
+    return min(one for one in group.matches if one != view)
+
+
+def _cost(group: Group, view: int, curve: ViewCurve, geometry: RigGeometry) -> float:
+    """Return by how much a curve that an object may have in a view differs from that in another one, in all."""
+    other = _other(group, view)
+    forward, _ = pair_costs(group.curves[other], curve, geometry.steps[other][view], geometry.epipolar_std(other))
+    return forward
 
 
 def _unlike(group: Group, view: int, number: int, extra: Costs) -> float:
     """Return what other evidence says against a detection's being a part of an object, as a cost of a point."""
-    other = min(one for one in group.matches if one != view)
+    other = _other(group, view)
     costs, partner = extra.get((min(other, view), max(other, view))), group.matches[other].second
     if costs is None:
         return 0.0
