@@ -2,7 +2,8 @@
 
 ``python -m benchmarks.branched_motion FILE...`` reads recordings as DEFT's are kept (`markers`, `trunk`, `branches`,
 `joints`), projects each from any side to 1280 x 720, draws what is seen 12 px wide, and scores what is read of the mask
-alone, for several costs of a branch's end. Frames with a branch point on another branch are left out.
+alone, for several costs of a branch's end. Frames with a branch point on another branch are left out. ``--sequences N``
+follows N whole recordings of each file instead, before cameras that see all of them, and counts changes of ids.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from dloftbs.linking import branch_weights, end_matching
 _Floats = npt.NDArray[np.float64]
 SIZE, WIDTH_PX, FOCAL_PX = (720, 1280), 12, 900.0
 NODE_PX, BRANCH_PX = 10.0, 5.0
+_CAMERAS = 60  # that are tried for each recording
 
 
 class Scene(NamedTuple):
@@ -47,8 +49,50 @@ def scenes(path: Path, per_recording: int, seed: int) -> Iterator[Scene]:
         for frame in np.linspace(0, len(recording) - 1, per_recording).astype(int):
             points = turn.apply(recording[frame] - recording.mean(axis=(0, 1))) + np.array([0.0, 0.0, distance])
             scene = _project(points, trunk, counts, joints)
-            if scene is not None:
+            if scene is not None and _is_clear(scene):
                 yield scene
+
+
+def sequences(path: Path, count: int, seed: int) -> Iterator[tuple[int, list[Scene]]]:
+    """Yield recordings, by number, that a camera shows from end to end in each frame, whatever lies across it."""
+    with np.load(path) as data:
+        markers, trunk = data["markers"], int(data["trunk"])
+        counts, joints = data["branches"].tolist(), data["joints"].tolist()
+    rng, left = np.random.default_rng(seed), count
+    for number in rng.permutation(len(markers)).tolist():
+        recording = markers[number] - markers[number].mean(axis=(0, 1))
+        for _ in range(_CAMERAS):
+            turn, distance = Rotation.random(random_state=rng), rng.uniform(0.8, 1.5)
+            frames = [
+                _project(turn.apply(frame) + np.array([0.0, 0.0, distance]), trunk, counts, joints)
+                for frame in recording
+            ]
+            shown = [frame for frame in frames if frame is not None]
+            if len(shown) == len(frames):
+                left -= 1
+                yield number, shown
+                break
+        if left == 0:
+            return
+
+
+def changes_of_ids(frames: list[Scene]) -> list[int]:
+    """Return how often each branch's track has another id than where the branch was last followed, within 10 px."""
+    pipeline, last, changes = dloftbs.Pipeline(branched=True), dict[int, int](), [0] * len(frames[0].branches)
+    for index, scene in enumerate(frames):
+        frame = dloftbs.Frame(mask=mask_of(scene), mask_is="binary", index=index, stamp=0.03 * index)
+        tracks = pipeline.process(frame).tracks
+        away = np.array([[_distance(track.curve, line) for line in scene.branches] for track in tracks])
+        for i, j in zip(*linear_sum_assignment(away), strict=True) if tracks else ():
+            if away[i, j] <= NODE_PX:
+                changes[j] += last.get(j, tracks[i].id) != tracks[i].id
+                last[j] = tracks[i].id
+    return changes
+
+
+def _distance(curve: dloftbs.BSplineCurve, line: _Floats) -> float:
+    points = curve(np.linspace(0.0, 1.0, 50))
+    return float(0.5 * (cKDTree(line).query(points)[0].mean() + cKDTree(points).query(line)[0].mean()))
 
 
 def _project(points: _Floats, trunk: int, counts: list[int], joints: list[int]) -> Scene | None:
@@ -68,14 +112,17 @@ def _project(points: _Floats, trunk: int, counts: list[int], joints: list[int]) 
     everything = np.concatenate(flat)
     if (everything < 8).any() or (everything > (SIZE[1] - 8, SIZE[0] - 8)).any():
         return None
-    nodes = points[joints][:, :2] / points[joints][:, 2:] * FOCAL_PX + (SIZE[1] / 2, SIZE[0] / 2)
-    for node in nodes:
-        for line in flat:
+    return Scene(flat, points[joints][:, :2] / points[joints][:, 2:] * FOCAL_PX + (SIZE[1] / 2, SIZE[0] / 2))
+
+
+def _is_clear(scene: Scene) -> bool:
+    for node in scene.nodes:
+        for line in scene.branches:
             near = np.hypot(*(line - node).T) < 2.5 * WIDTH_PX
             meets = min(np.hypot(*(line[k] - node)) for k in (0, -1)) < 1.0
             if near.any() and not (meets and (near[:100].all() or not near[60:140].any())):
-                return None
-    return Scene(flat, nodes)
+                return False
+    return True
 
 
 def mask_of(scene: Scene) -> npt.NDArray[np.uint8]:
@@ -111,8 +158,13 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=2, help="frames a recording")
     parser.add_argument("--costs", type=float, nargs="*", default=[branch_weights.BRANCH_END])
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--sequences", type=int, default=0, help="recordings of each file whose ids are counted")
     options = parser.parse_args()
     for path in options.files:
+        for number, frames in sequences(path, options.sequences, options.seed) if options.sequences else ():
+            print(f"{path.stem} {number}: changes of ids of each branch {changes_of_ids(frames)}", flush=True)
+        if options.sequences:
+            continue
         shown = list(scenes(path, options.frames, options.seed))
         for cost in options.costs:
             module: Any = end_matching

@@ -7,7 +7,8 @@ lays tracks, where they are predicted, through observations: span by span by `ro
 `reading_features` and `reading_weights`. `frame_view` shows what may hide a cable, `resolution` hidden spans from
 absent ones, and `separation` that an object was cut.
 `track_update`, with `reconstruction` and `curve_in_space`, makes whole curves of visible parts and the last shape;
-`publication` says what is published, and `motion_filter` smooths it. `harness_ids` names objects that branch.
+`publication` says what is published, and `motion_filter` smooths it. `branch_roles` tells the branches of
+an object apart, and `harness_ids` names objects that branch.
 """
 
 from dloftbs.tracking.harness_ids import HarnessIds

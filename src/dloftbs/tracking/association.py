@@ -11,7 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dloftbs.tracking.alignment import match_whole
 from dloftbs.tracking.assignment import assign, match_remaining, match_unambiguous
+from dloftbs.tracking.branch_roles import Roles, match_roles
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import HISTORY_FRAMES
 from dloftbs.tracking.observation import Observation
@@ -44,15 +46,20 @@ def associate(
     view: View,
     gate: float,
     *,
+    roles: Roles | None = None,
     is_compared: bool = False,
 ) -> list[FrameReading]:
     """Return what a frame may show of each track, by where it is predicted, the likeliest reading first.
 
-    `is_compared` says that their log-odds are needed even if there is only one.
+    `roles` are those of the branches of objects in the last frame that was read as this one. `is_compared` says that
+    their log-odds are needed even if there is only one.
     """
     pairs = min(len(models), len(observations))
     shown = match_unambiguous(models, observations, gate) if pairs else {}
     shown = resolve(models, shown, view)
+    if roles and len(shown) < pairs:
+        rest, left = _left_over(models, observations, shown)
+        shown |= resolve(rest, _associate_branches(rest, left, view, gate, roles), view)
     readings: list[tuple[float, Reading]] = [(0.0, {})]
     if len(shown) < pairs:
         rest, left = _left_over(models, observations, shown)
@@ -74,6 +81,17 @@ def _left_over(
     taken = {match.observation.detection_index for one in shown.values() for match in one.matches}
     rest = [model for model in models if model.id not in shown]
     return rest, [one for one in observations if one.detection_index not in taken]
+
+
+def _associate_branches(
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, gate: float, roles: Roles
+) -> dict[int, TrackObservation]:
+    """Return what the branches of objects show of the tracks that were they, by their ids."""
+    shown = {}
+    for model, one in match_roles(models, observations, roles):
+        near = assign([model], [one], view, gate)
+        shown[model.id] = TrackObservation((near[model.id][1] if near else match_whole(model, one),))
+    return shown
 
 
 def _associate_ambiguous(

@@ -18,6 +18,7 @@ from dloftbs.support.arrays import FloatArray
 from dloftbs.support.values import check_size, check_stamp, check_type, count_of
 from dloftbs.tracking.appearance import with_appearances
 from dloftbs.tracking.association import associate
+from dloftbs.tracking.branch_roles import BranchRoles
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.hypotheses import Continuation, Hypothesis, Ids, continue_with, select_likeliest
 from dloftbs.tracking.motion_filter import CurveFilter
@@ -72,6 +73,7 @@ class Tracker:
         self._lost: tuple[Track, ...] = ()
         self._filters: dict[int, tuple[CurveFilter, CurveFilter]] = {}  # in the image and in space, by id
         self._ids = Ids()
+        self._branches = BranchRoles()
         self._stamp: float | None = None
         self._view = View()
 
@@ -92,6 +94,7 @@ class Tracker:
         """Forget all tracks, the time and the size; ids continue, so that none is used twice."""
         self._hypotheses, self._tracks, self._lost = [Hypothesis([])], (), ()
         self._filters = {}
+        self._branches = BranchRoles()
         self._stamp, self._view = None, View()
 
     def update(
@@ -148,6 +151,7 @@ class Tracker:
         # Of each, since to publish a track is to record its ends, by which later frames are read.
         (published, lost), *_ = [_publish(one.models, self._view, dt) for one in self._hypotheses]
         self._tracks, self._lost = self._smooth(published, dt), tuple(lost)
+        self._branches.record(observations, self._tracks)
         return self._tracks
 
     def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
@@ -204,12 +208,14 @@ class Tracker:
     def _update_tracks(self, observations: Sequence[Observation], dt: float) -> None:
         """Update the hypotheses by a frame's observations, each by the likeliest readings of it."""
         continuations: list[Continuation] = []
-        is_compared = len(self._hypotheses) > 1
+        is_compared, roles = len(self._hypotheses) > 1, self._branches.known(observations)
         for hypothesis in self._hypotheses:
             for model in hypothesis.models:
                 model.predict(dt)
             gate = self._config.gate
-            readings = associate(hypothesis.models, observations, self._view, gate, is_compared=is_compared)
+            readings = associate(
+                hypothesis.models, observations, self._view, gate, roles=roles, is_compared=is_compared
+            )
             continuations += continue_with(hypothesis, readings)
         kept = select_likeliest(continuations)
         self._ids.start_frame()
