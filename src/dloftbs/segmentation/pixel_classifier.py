@@ -38,6 +38,11 @@ _FINE_PX = 2.0 * canonical.WIDTH_PX
 
 Source: bounds time; twice as fine as where cables are.
 """
+_LEAST_AREA = 4.0
+"""Least area of a part, squares of the width.
+
+Source: measured on 27 photographs: of 130 smaller parts 120 are ground; of 44 larger ones 3 are.
+"""
 _UNLIKELY = 0.05
 """Probability of a pixel below which the line prior is not asked: the pixel is ground.
 
@@ -120,4 +125,9 @@ class PixelClassifier:
             plane = cv2.resize(plane, small.shape[1::-1], interpolation=cv2.INTER_AREA)
             near = cv2.dilate((plane > 0).view(np.uint8), np.ones((reach, reach), np.uint8))
         found = at_edges(small, LinePrior.fitted()(self._maps_of(small, near)), fine)
+        width_px = self.width_px / canonical.shrinking(self.width_px, _FINE_PX)
+        _, parts, stats, _ = cv2.connectedComponentsWithStats((found >= 0.5).view(np.uint8))
+        is_small = stats[:, cv2.CC_STAT_AREA] < _LEAST_AREA * width_px**2
+        is_small[0] = False
+        found[is_small[parts]] = 0.0
         return np.asarray(cv2.resize(found, image.shape[1::-1], interpolation=cv2.INTER_LINEAR), np.float32)
