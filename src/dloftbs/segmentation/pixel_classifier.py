@@ -126,8 +126,8 @@ class PixelClassifier:
             near = cv2.dilate((plane > 0).view(np.uint8), np.ones((reach, reach), np.uint8))
         found = at_edges(small, LinePrior.fitted()(self._maps_of(small, near)), fine)
         width_px = self.width_px / canonical.shrinking(self.width_px, _FINE_PX)
-        _, parts, stats, _ = cv2.connectedComponentsWithStats((found >= 0.5).view(np.uint8))
-        is_small = stats[:, cv2.CC_STAT_AREA] < _LEAST_AREA * width_px**2
-        is_small[0] = False
-        found[is_small[parts]] = 0.0
+        is_cable = found >= 0.5
+        count, parts = cv2.connectedComponents((found >= 0.25).view(np.uint8))  # fragments of a cable hang together
+        is_small = np.bincount(parts[is_cable], minlength=count) < _LEAST_AREA * width_px**2
+        found[is_cable & is_small[parts]] = 0.0
         return np.asarray(cv2.resize(found, image.shape[1::-1], interpolation=cv2.INTER_LINEAR), np.float32)
