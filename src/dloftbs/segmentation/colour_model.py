@@ -317,7 +317,7 @@ def _probability(log_ratio: npt.NDArray[np.float32], cells: npt.NDArray[np.bool_
 def _log_ratio_of(texts: tuple[str, ...]) -> npt.NDArray[np.float32]:
     """Return the log-odds that each cell of colours is cable, shape (64, 64, 64), by samples as text.
 
-    A fit asks for it twice, and a page asks for the same pictures again and again.
+    A page asks for the same pictures again and again.
     """
     found = log_colours.at_cells(_log_ratio([ColourSample.from_text(text) for text in texts]))
     found.setflags(write=False)
