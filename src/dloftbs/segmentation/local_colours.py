@@ -16,18 +16,13 @@ _NOISE = 25.0
 
 Source: by hand; codecs change colours by some counts. At 64, IoU differs by 0.003.
 """
-_MOST = 1.0
-"""Largest weighted log-odds by these colours.
-
-Source: by hand; a highlight is no ground.
-"""
 _SHARES = 0.5, 0.25
-"""Weights of the log-odds before and of those by these colours.
+"""Factors of the log-odds before and of those by these colours.
 
 Source: by hand; twice the second gains at the edges what it loses on busy grounds.
 """
 _LEAST = 0.004
-"""Least probability before, and its distance from 1.
+"""Least share of cable, and of ground, around a place.
 
 Source: numerics; half a count of 255.
 """
@@ -57,7 +52,7 @@ def at_edges(
     by_colours = -planes[3]
     for channel, factor in zip(cv2.split(cv2.cvtColor(fine, cv2.COLOR_BGR2LAB)), planes[:3], strict=True):
         by_colours += channel * factor
-    log_odds = before + np.clip(_SHARES[1] * by_colours, -_MOST, _MOST)
+    log_odds = before + np.clip(_SHARES[1] * by_colours, -1.0, 1.0)  # a nat at most: a highlight is no ground
     return 1.0 / (1.0 + cv2.exp(-cv2.GaussianBlur(log_odds, (5, 5), 1.0)))
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from dloftbs.config import Stroke
-from dloftbs.segmentation.colour_samples import pixels_of
+from dloftbs.segmentation.colour_samples import SUBPIXEL_BITS, pixels_of
 from dloftbs.support.arrays import FloatArray
 
 _REACH = 0.11
@@ -38,11 +38,6 @@ _LEAST_PX = 3
 """Least width of a cable, px.
 
 Source: numerics; the two edges of a thinner one are within two pixels, and blur into one.
-"""
-_SUBPIXEL_BITS = 4
-"""Binary digits of a fraction of a pixel.
-
-Source: by definition, as OpenCV takes them.
 """
 
 
@@ -168,5 +163,5 @@ def _fill(
     one, other = centre + low * normal, centre + high * normal
     for k in np.flatnonzero(clear[:-1] & clear[1:]):
         corners = np.array([one[k], one[k + 1], other[k + 1], other[k]])
-        scaled = np.rint(corners * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-        cv2.fillConvexPoly(mask, scaled, 1, cv2.LINE_8, _SUBPIXEL_BITS)
+        scaled = np.rint(corners * (1 << SUBPIXEL_BITS)).astype(np.int32)
+        cv2.fillConvexPoly(mask, scaled, 1, cv2.LINE_8, SUBPIXEL_BITS)
