@@ -74,6 +74,9 @@ The columns have the right number of cables, and the instance DICE over the larg
 area under the curve of the confidence, of real objects (DICE above .5) against others. The last has the number of real
 objects among those stated above .9.
 
+Most objects that are not real are no ghosts: of ResNet-50's 14, 11 are pieces of cables, or run on along another cable
+at a crossing. Against the three on no cable (DICE below .3) its area is .972, and ResNet-101's 1.000.
+
 | source | read | right number | DICE | area | stated above .9 |
 | --- | --- | ---: | ---: | ---: | ---: |
 {results}

@@ -10,18 +10,20 @@ from dloftbs.segmentation.stroke_widths import cables_beneath
 @pytest.mark.parametrize("width", [5, 11, 19])
 @pytest.mark.parametrize("off", [0, 1])
 def test_the_width_and_the_pixels_are_found_from_a_stroke_that_is_off_the_axis(width, off):
-    log_ratio = np.full((200, 300), -2.0, np.float32)
-    true = np.zeros(log_ratio.shape, bool)
+    image = np.full((200, 300, 3), 90, np.uint8)
+    true = np.zeros(image.shape[:2], bool)
     true[100 - width // 2 : 101 + width // 2] = True
-    log_ratio[true] = 2.0
-    found = cables_beneath(log_ratio, [Stroke(points=[(50, 100 + off), (250, 100 + off)], radius_px=1.0)])
+    image[true] = 140
+    image[:, 120:125] = 250  # something lies across
+    found = cables_beneath(image, [Stroke(points=[(50, 100 + off), (250, 100 + off)], radius_px=1.0)])
     assert found.width_px == pytest.approx(width, abs=1.0)
     assert true[found.cable].mean() > 0.9
     assert found.cable[:, 60:240].sum() > 0.85 * true[:, 60:240].sum()
     assert not true[found.beside].any()
 
 
-def test_a_stroke_on_ground_shows_no_width():
-    found = cables_beneath(np.full((100, 100), -2.0, np.float32), [Stroke(points=[(10, 50), (90, 50)])])
+def test_a_stroke_on_plain_ground_shows_no_width():
+    found = cables_beneath(np.full((100, 100, 3), 90, np.uint8), [Stroke(points=[(10, 50), (90, 50)])])
     assert np.isnan(found.width_px)
     assert not found.beside.any()
+    assert found.cable.any()

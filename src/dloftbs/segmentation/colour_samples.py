@@ -30,7 +30,7 @@ _MAX_BYTES = 1 << 22
 
 Source: bounds memory; three full histograms have half of it.
 """
-_SUBPIXEL_BITS = 4
+SUBPIXEL_BITS = 4
 """Binary digits of a fraction of a pixel with which strokes are drawn.
 
 Source: by definition, as OpenCV takes them.
@@ -112,14 +112,14 @@ def pixels_of(size: tuple[int, ...], strokes: Sequence[Stroke]) -> npt.NDArray[n
                 raise InputError(
                     f"a stroke must lie in the picture of {width} x {height} px, got the point {x:g},{y:g}"
                 )
-        scaled = np.rint(np.array(stroke.points) * (1 << _SUBPIXEL_BITS)).astype(np.int32).reshape(-1, 1, 2)
+        scaled = np.rint(np.array(stroke.points) * (1 << SUBPIXEL_BITS)).astype(np.int32).reshape(-1, 1, 2)
         if len(scaled) > 1:
             thickness = max(1, round(2.0 * stroke.radius_px))
-            cv2.polylines(mask, [scaled], False, 1, thickness, cv2.LINE_8, _SUBPIXEL_BITS)
+            cv2.polylines(mask, [scaled], False, 1, thickness, cv2.LINE_8, SUBPIXEL_BITS)
         else:
             x, y = (int(part) for part in scaled[0, 0])
-            radius = round(stroke.radius_px * (1 << _SUBPIXEL_BITS))
-            cv2.circle(mask, (x, y), radius, 1, cv2.FILLED, cv2.LINE_8, _SUBPIXEL_BITS)
+            radius = round(stroke.radius_px * (1 << SUBPIXEL_BITS))
+            cv2.circle(mask, (x, y), radius, 1, cv2.FILLED, cv2.LINE_8, SUBPIXEL_BITS)
     return mask > 0
 
 

@@ -59,7 +59,6 @@ class PixelSample:
         cls,
         image: npt.NDArray[np.uint8],
         strokes: Sequence[Stroke],
-        log_ratio: npt.NDArray[np.float32],
         region: Region | None = None,
         share: float = 1.0,
     ) -> PixelSample | None:
@@ -69,14 +68,12 @@ class PixelSample:
         ----------
         image : numpy.ndarray, shape (H, W, 3), uint8
         strokes : sequence of Stroke
-        log_ratio : numpy.ndarray, shape (H, W), float32
-            How much likelier each pixel's colour is on a cable than on the ground, as a logarithm.
         region : Region, optional
             Only pixels of it are elsewhere.
         share : float
             Of the largest number of samples.
         """
-        found = cables_beneath(log_ratio, strokes)
+        found = cables_beneath(image, strokes)
         if not found.width_px > 0.0:
             return None
         ground = pixels_of(image.shape[:2], [stroke for stroke in strokes if not stroke.cable])

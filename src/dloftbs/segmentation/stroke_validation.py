@@ -37,13 +37,12 @@ def cross_validate(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> E
     InputError
         If a stroke leaves the picture.
     """
-    log_odds = ColourModel.fit(image, strokes).colour_log_odds(image) if any(one.cable for one in strokes) else None
     shares = []
     for number, stroke in enumerate(strokes):
         others = [*strokes[:number], *strokes[number + 1 :]]
-        if log_odds is None or not stroke.cable or not any(one.cable for one in others):
+        if not stroke.cable or not any(one.cable for one in others):
             continue
-        beneath = cables_beneath(log_odds, [stroke])
+        beneath = cables_beneath(image, [stroke])
         if not beneath.width_px > 0.0 or not beneath.beside.any():
             continue
         mask = ColourModel.fit(image, others)(image)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import cv2
@@ -11,14 +11,9 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from dloftbs.config import Stroke
-from dloftbs.segmentation.colour_samples import pixels_of
+from dloftbs.segmentation.colour_samples import SUBPIXEL_BITS, pixels_of
 from dloftbs.support.arrays import FloatArray
 
-_LARGEST_LOG_RATIO = 3.0
-"""Most that the colour of a pixel says for or against cable, as a logarithm.
-
-Source: by hand; a highlight of two pixels does not end a cable.
-"""
 _REACH = 0.11
 """Largest half width of a cable, as a share of the picture's shorter side.
 
@@ -39,39 +34,39 @@ _BORDER_PX = 2.0
 
 Source: by hand; the image is blurred there.
 """
-_SUBPIXEL_BITS = 4
-"""Binary digits of a fraction of a pixel.
+_LEAST_PX = 3
+"""Least width of a cable, px.
 
-Source: by definition, as OpenCV takes them.
+Source: numerics; the two edges of a thinner one are within two pixels, and blur into one.
 """
 
 
 class CablesBeneath(NamedTuple):
-    """Pixels of cables and of the ground beside them (H, W), and the median width in px; NaN where none is clear."""
+    """Pixels of cables and of the ground beside them (H, W), and the median width in px; NaN where none has edges."""
 
     cable: npt.NDArray[np.bool_]
     beside: npt.NDArray[np.bool_]
     width_px: float
 
 
-def cables_beneath(log_ratio: npt.NDArray[np.float32], strokes: Sequence[Stroke]) -> CablesBeneath:
+def cables_beneath(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> CablesBeneath:
     """Find the cables that strokes were drawn along.
 
     Parameters
     ----------
-    log_ratio : numpy.ndarray, shape (H, W), float32
-        How much likelier each pixel's colour is on a cable than on the ground, as a logarithm.
+    image : numpy.ndarray, shape (H, W, 3), uint8
+        BGR.
     strokes : sequence of Stroke
-        Those on cables count. Pixels beneath them that are clearly ground are left out: a hand leaves the cable.
+        Those on cables count. Beneath one that shows no width, the cable is what was drawn on.
     """
-    height, width = log_ratio.shape
-    clipped = np.clip(log_ratio, -_LARGEST_LOG_RATIO, _LARGEST_LOG_RATIO)
-    drawn = [stroke for stroke in strokes if stroke.cable]
+    height, width = image.shape[:2]
+    lab = cv2.cvtColor(image.astype(np.float32) / 255.0, cv2.COLOR_BGR2Lab)
     cable, beside = np.zeros((2, height, width), np.uint8)
-    widths = []
-    for stroke in drawn:
-        axis = _axis(clipped, stroke)
+    widths, plain = [], []
+    for stroke in strokes:
+        axis = _axis(lab, stroke) if stroke.cable else None
         if axis is None:
+            plain.append(stroke)
             continue
         centre, normal, clear, width_px = axis
         widths.append(width_px)
@@ -80,43 +75,65 @@ def cables_beneath(log_ratio: npt.NDArray[np.float32], strokes: Sequence[Stroke]
         _fill(cable, centre, normal, clear, -half, half)
         _fill(beside, centre, normal, clear, -far, -half - _BORDER_PX)
         _fill(beside, centre, normal, clear, half + _BORDER_PX, far)
-    on_cable = (cable > 0) | (pixels_of((height, width), drawn) & (log_ratio > -_LARGEST_LOG_RATIO))
-    on_ground = pixels_of((height, width), [stroke for stroke in strokes if not stroke.cable])
+    on_cable, on_ground = (
+        pixels_of((height, width), [one for one in plain if one.cable is kind]) for kind in (True, False)
+    )
+    on_cable |= cable > 0
     median = float(np.median(widths)) if widths else float("nan")
     return CablesBeneath(on_cable & ~on_ground, (beside > 0) & ~on_cable & ~on_ground, median)
 
 
 def _axis(
-    log_ratio: npt.NDArray[np.float32], stroke: Stroke
+    lab: npt.NDArray[np.float32], stroke: Stroke
 ) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_], float] | None:
-    """Return places on the axis of the cable beneath a stroke, the normals there, which are clear, and the width.
+    """Return places on the axis of the cable beneath a stroke, normals, which have edges, and the width; None without.
 
-    The edges at a place are where the sum of the log-ratios from the stroke outwards is greatest.
+    Two edges run along a stroke, a width apart, where changes of colour across it are strongest on both sides
+    together. From a place to the next the axis moves aside by a pixel at most. Square roots of the changes are added:
+    a few that are strong, as of a shadow or of another cable, are no edge along it.
     """
     places, normals = _places(stroke)
     if len(places) < _PLACES:
         return None
-    reach = max(2, round(_REACH * min(log_ratio.shape)))
+    reach = max(2, round(_REACH * min(lab.shape[:2])))
     offsets = np.arange(-reach, reach + 1)
     points = (places[:, None] + offsets[:, None] * normals[:, None]).astype(np.float32)
-    across = cv2.remap(
-        log_ratio, points, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=-_LARGEST_LOG_RATIO
-    )
-    across = cv2.blur(across, (1, _PLACES), borderType=cv2.BORDER_REPLICATE)
-    right = np.cumsum(across[:, reach:], axis=1).argmax(axis=1)
-    left = np.cumsum(across[:, reach::-1], axis=1).argmax(axis=1)
-    width = (left + right + 1).astype(np.float64)
-    found = width > 2.0
-    if np.count_nonzero(found) < _PLACES:
+    across = cv2.remap(lab, points, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    steps = 0.5 * (across[:, 2:-1] + across[:, 3:] - across[:, :-3] - across[:, 1:-2])
+    edges = np.sqrt(np.linalg.norm(steps, axis=2))
+    count = edges.shape[1]
+    widths, left = np.arange(_LEAST_PX, count)[:, None], np.arange(count)
+    right = np.minimum(left + widths, count - 1)
+    middle = offsets[0] + left + 1.5 + 0.5 * widths
+    is_beneath = (left + widths < count) & (np.abs(middle) <= 0.5 * widths + 1.0)
+    never = np.where(is_beneath, np.float32(0.0), np.float32(-np.inf))
+    *_, sums = _ways(edges, right, never)
+    number = int(sums.max(axis=1).argmax())
+    if not sums[number].max() > 0.0:
         return None
-    median = float(np.median(width[found]))
-    clear = found & (np.abs(width - median) < 0.5 * median)
-    if not clear.any():
-        return None
-    index = np.arange(len(places))
-    middle = np.interp(index, index[clear], 0.5 * (right - left)[clear])
-    middle = ndimage.median_filter(middle, size=_PLACES, mode="nearest")
-    return places + middle[:, None] * normals, normals, clear, median
+    ways = [row[0] for row in _ways(edges, right[number : number + 1], never[number : number + 1])]
+    at = int(ways[-1].argmax())
+    found = [at]
+    for before in ways[-2::-1]:
+        first = max(0, at - 1)
+        at = first + int(before[first : at + 2].argmax())
+        found.append(at)
+    path, rows = np.array(found[::-1]), np.arange(len(edges))
+    width = int(widths[number, 0])
+    strength = ndimage.uniform_filter1d(edges[rows, path] + edges[rows, path + width], _PLACES, mode="nearest")
+    aside = ndimage.median_filter(middle[number, path], size=_PLACES, mode="nearest")
+    return places + aside[:, None] * normals, normals, strength > 0.5 * np.median(strength), float(width)
+
+
+def _ways(
+    edges: npt.NDArray[np.float32], right: npt.NDArray[np.int64], never: npt.NDArray[np.float32]
+) -> Iterator[npt.NDArray[np.float32]]:
+    """Yield the greatest sum of edges up to each place, of ways that lead to each left edge (widths, edges)."""
+    best = np.zeros_like(never)
+    for row in edges:
+        best = best + row + row[right] + never
+        yield best
+        best = ndimage.maximum_filter1d(best, 3, axis=1, mode="nearest")
 
 
 def _places(stroke: Stroke) -> tuple[FloatArray, FloatArray]:
@@ -146,5 +163,5 @@ def _fill(
     one, other = centre + low * normal, centre + high * normal
     for k in np.flatnonzero(clear[:-1] & clear[1:]):
         corners = np.array([one[k], one[k + 1], other[k + 1], other[k]])
-        scaled = np.rint(corners * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-        cv2.fillConvexPoly(mask, scaled, 1, cv2.LINE_8, _SUBPIXEL_BITS)
+        scaled = np.rint(corners * (1 << SUBPIXEL_BITS)).astype(np.int32)
+        cv2.fillConvexPoly(mask, scaled, 1, cv2.LINE_8, SUBPIXEL_BITS)
