@@ -126,6 +126,17 @@ def test_a_third_move_helps_where_the_others_do_not() -> None:
         assert len(diagram.simplify().diagram.turns) < len(reduced.signs)
 
 
+def test_a_crossing_that_joins_two_parts_is_not_taken_for_minimal() -> None:
+    """Such a diagram alternates after the first moves, and a face meets its crossing twice."""
+    code = [
+        [-1, 5, 6, -10, -7, 8, 9, -3, 2, -4],
+        [1, -11, 12, -13, 7, -8, -15, -14, -2, -16],
+        [3, 16, 4, 11, -12, 14, -17, -9, -5, -6, 10, 13, 15, 17],
+    ]
+    signs = [-1, -1, 1, -1, 1, -1, 1, 1, -1, -1, 1, 1, -1, 1, 1, -1, -1]
+    assert len(Diagram.from_gauss_code(code, signs).simplify().diagram.turns) == 4
+
+
 class TestOracle:
     @given(SEEDS, st.integers(1, 3), st.booleans())
     @settings(max_examples=60, deadline=None)
