@@ -8,7 +8,8 @@ from __future__ import annotations
 import random
 import time
 from collections import Counter
-from itertools import combinations
+from collections.abc import Sequence
+from itertools import chain, combinations
 from pathlib import Path
 from typing import Any
 
@@ -35,33 +36,42 @@ def projection(rng: np.random.Generator, strands: int, closed: bool) -> Diagram:
 
 
 def agreement(drawn: Diagram) -> dict[str, bool]:
-    """Say in what a closed diagram agrees with spherogram.
-
-    A code leaves open which way a strand runs that never lies below; then signs are not compared.
-    """
+    """Say in what a closed diagram agrees with spherogram."""
     from spherogram import Link
 
-    code = drawn.pd_code or ()
-    directed = all(strand and min(strand) < 0 for strand in drawn.gauss_code or ())
-    link = Link([list(crossing) for crossing in code])
+    link = Link([list(crossing) for crossing in drawn.pd_code or ()])
+    is_apart = () in (drawn.gauss_code or ())  # a strand without crossings, which such a code does not hold
     simplified, found = drawn.simplify().diagram, {}
-    if directed:
-        found["codes equal"] = link.writhe() == drawn.writhe and _same_code(link, drawn)
-        found["linking numbers equal"] = (
-            _linking(link) == Counter(abs(number or 0) for number in drawn.linking_numbers.values())
-            and drawn.linking_numbers == simplified.linking_numbers
-        )
-        found["Alexander polynomial equal"] = _same_polynomial(link, drawn.alexander_polynomial or ())
-        found["determinant equal"] = _value(link, -1) == drawn.determinant == simplified.determinant
+    found["codes equal"] = link.writhe() == drawn.writhe and _same_code(link, drawn)
+    found["linking numbers equal"] = (
+        _linking(link) == Counter(abs(number or 0) for number in drawn.linking_numbers.values() if number)
+        and drawn.linking_numbers == simplified.linking_numbers
+    )
+    polynomial = drawn.alexander_polynomial or ()
+    found["Alexander polynomial equal"] = not polynomial if is_apart else _same_polynomial(link, polynomial)
+    found["determinant equal"] = (0 if is_apart else _value(link, -1)) == drawn.determinant == simplified.determinant
     link.simplify("level")
     found["no more crossings after simplification"] = len(simplified.turns) <= len(link.crossings)
     return found
 
 
 def _same_code(link: Any, drawn: Diagram) -> bool:
-    """Say whether spherogram's own code of what it read is ours up to the numbers of edges."""
+    """Say whether spherogram's own code of what it read is ours up to the numbers of edges.
+
+    A code leaves open which way a strand runs that never lies below: either way of these will do.
+    """
     back = Diagram.from_pd_code(link.PD_code())
-    return _shape(back) == _shape(drawn)
+    free = [number for number, strand in enumerate(back.gauss_code or ()) if min(strand, default=0) > 0]
+    ways = chain.from_iterable(combinations(free, count) for count in range(len(free) + 1))
+    return any(_shape(_turned(back, strands)) == _shape(drawn) for strands in ways)
+
+
+def _turned(drawn: Diagram, strands: Sequence[int]) -> Diagram:
+    """Return a closed diagram with some strands, which lie over all others, run backwards."""
+    code = [strand[::-1] if number in strands else strand for number, strand in enumerate(drawn.gauss_code or ())]
+    crossed = {number for strand in strands for number in code[strand]}
+    signs = [-sign if number in crossed else sign for number, sign in enumerate(drawn.signs or (), 1)]
+    return Diagram.from_gauss_code(code, signs)
 
 
 def _shape(drawn: Diagram) -> Any:
@@ -69,7 +79,7 @@ def _shape(drawn: Diagram) -> Any:
     signs = drawn.signs or ()
     code = drawn.gauss_code or ()
     best = []
-    for strand in code:
+    for strand in filter(None, code):
         turns = [strand[k:] + strand[:k] for k in range(len(strand))]
         walks = []
         for turn in turns:
@@ -88,7 +98,7 @@ def _linking(link: Any) -> Counter[int]:
     for crossing, both in owners.items():
         if both[0] != both[1]:
             sums[min(both), max(both)] += crossing.sign
-    return Counter(abs(total) // 2 for total in sums.values())
+    return Counter(abs(total) // 2 for total in sums.values() if total)
 
 
 def _value(link: Any, t: int) -> int:

@@ -368,7 +368,7 @@ class TestWrong:
             ([[1, 0]], [1], "crossings of a Gauss code are numbered from 1 on, got 0"),
             ([[1, 2]], [1], r"a number of code must be an integer in -1..1, got 2"),
             ([[1, 1]], [1], "crossing 1 of a Gauss code must be there once above and once below"),
-            ([[1, -1]], [0], "turns must be 1 or -1"),
+            ([[1, -1]], [0], "signs must be 1 or -1, got 0"),
         ],
     )
     def test_wrong_gauss_codes_are_refused(self, code: list[list[int]], signs: list[int], message: str) -> None:

@@ -5,60 +5,74 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dloftbs.errors import InputError
-from dloftbs.support.values import check_integer
+from dloftbs.support.values import MAX_WHOLE, check_integer, shown
 from dloftbs.topology.diagram_fields import check_sequence
+from dloftbs.topology.planar_map import PlanarMap
 
-Passes = tuple[tuple[int, ...], ...]
+GaussCode = tuple[tuple[int, ...], ...]
+PDCode = tuple[tuple[int, int, int, int], ...]
 
 
-def passes_of_gauss_code(
-    code: Sequence[Sequence[int]], signs: Sequence[int]
-) -> tuple[Passes, tuple[int, ...], tuple[int | None, ...]]:
-    """Return the passes, turns and tops of a `Diagram`.
+def from_gauss_code(code: Sequence[Sequence[int]], signs: Sequence[int]) -> PlanarMap:
+    """Return the map of closed strands with a signed Gauss code.
 
     Raises
     ------
     InputError
         If the code is none.
     """
-    tops: list[int | None] = [None] * len(check_sequence("signs", signs))
-    seen: list[int] = []
+    given = [check_integer("a sign", sign, -1, 1) for sign in check_sequence("signs", signs)]
+    if 0 in given:
+        raise InputError("signs must be 1 or -1, got 0")
     strands = [check_sequence("code", strand) for strand in check_sequence("code", code)]
-    for number in (number for strand in strands for number in strand):
-        crossing = abs(check_integer("a number of code", number, -len(tops), len(tops)))
-        if not crossing:
-            raise InputError("crossings of a Gauss code are numbered from 1 on, got 0")
-        if number in seen:
-            raise InputError(f"crossing {crossing} of a Gauss code must be there once above and once below")
-        tops[crossing - 1] = int(number < 0) if -number not in seen else tops[crossing - 1]
-        seen.append(number)
-    passes = tuple([tuple([abs(number) - 1 for number in strand]) for strand in strands])
-    given = [check_integer("a sign", sign, -1, 1) for sign in signs]
-    turns = tuple([-sign if top else sign for sign, top in zip(given, tops, strict=True)])
-    return passes, turns, tuple(tops)
+    numbers = [check_integer("a number of code", number, -len(given), len(given)) for own in strands for number in own]
+    if 0 in numbers:
+        raise InputError("crossings of a Gauss code are numbered from 1 on, got 0")
+    for number in range(1, len(given) + 1):
+        if not numbers.count(number) == numbers.count(-number) == 1:
+            raise InputError(f"crossing {number} of a Gauss code must be there once above and once below")
+    walks = [[(abs(number) - 1, int(number > 0)) for number in strand] for strand in strands]
+    return PlanarMap.from_walks(walks, [True] * len(walks), dict(enumerate(given)))
 
 
-def gauss_code_of(passes: Passes, tops: Sequence[int | None]) -> Passes:
+def from_pd_code(code: Sequence[Sequence[int]]) -> PlanarMap:
+    """Return the map of closed strands with a planar-diagram code.
+
+    Raises
+    ------
+    InputError
+        If an edge is not there twice, or a strand below runs against its direction.
+    """
+    places: dict[int, list[int]] = {}
+    for crossing, edges in enumerate(code):
+        if len(edges) != 4:
+            raise InputError(f"a crossing of a planar-diagram code has 4 edges, got {shown(edges)}")
+        for slot, edge in enumerate(edges):
+            places.setdefault(check_integer("an edge", edge, 0, MAX_WHOLE), []).append(4 * crossing + slot)
+    if wrong := [edge for edge, darts in places.items() if len(darts) != 2]:
+        raise InputError(f"each edge of a planar-diagram code must be there twice, {wrong[0]} is not")
+    mate = {dart: other for a, b in places.values() for dart, other in ((a, b), (b, a))}
+    # Strands that run below somewhere have a direction; others run as their edges are numbered.
+    rising = [dart for dart in mate if dart & 1 and code[dart >> 2][dart & 3] + 1 == code[dart >> 2][dart & 3 ^ 2]]
+    into: dict[int, int] = {}
+    for start in [*range(0, 4 * len(code), 4), *rising, *range(1, 4 * len(code), 4)]:
+        strand, dart = len(set(into.values())), start
+        while dart not in into and start ^ 2 not in into:
+            if dart & 3 == 2:
+                raise InputError(f"the strand below crossing {dart >> 2} of the code runs against its direction")
+            into[dart] = strand
+            dart = mate[dart ^ 2]
+    signs = {c: 1 if 4 * c + 3 in into else -1 for c in range(len(code))}
+    return PlanarMap(mate, signs, {c: (into[4 * c], into[4 * c + 2 + signs[c]]) for c in signs})
+
+
+def gauss_code_of(walks: Sequence[Sequence[tuple[int, int]]], labels: Sequence[int]) -> GaussCode:
     """Return for each strand the crossings that it passes, from 1 on, negative where it runs below."""
-    seen: set[int] = set()
-    code: list[list[int]] = []
-    for strand in passes:
-        code.append([])
-        for number in strand:
-            above = (number in seen) == bool(tops[number])
-            seen.add(number)
-            code[-1].append(number + 1 if above else -number - 1)
-    return tuple([tuple(strand) for strand in code])
+    return tuple([tuple([(labels.index(c) + 1) * (1 if level else -1) for c, level in walk]) for walk in walks])
 
 
-def pd_code_of(passes: Passes, code: Passes, signs: Sequence[int]) -> tuple[tuple[int, int, int, int], ...]:
+def pd_code_of(diagram: PlanarMap, walks: Sequence[Sequence[tuple[int, int]]], labels: Sequence[int]) -> PDCode:
     """Return for each crossing its four edges, counter-clockwise from that by which the lower strand comes in."""
-    edges: list[list[int]] = [[0] * 4 for _ in signs]
-    first = 1
-    for strand, ways in zip(passes, code, strict=True):
-        for place, (number, way) in enumerate(zip(strand, ways, strict=True)):
-            into = 0 if way < 0 else (3 if signs[number] > 0 else 1)
-            edges[number][into] = first + place
-            edges[number][into ^ 2] = first + (place + 1) % len(strand)
-        first += len(strand)
-    return tuple([(a, b, c, d) for a, b, c, d in edges])
+    entered = [diagram.entrance(crossing, level) for walk in walks for crossing, level in walk]
+    edges = {dart: number for number, way in enumerate(entered, 1) for dart in (way, diagram.mate[way])}
+    return tuple([(edges[c], edges[c + 1], edges[c + 2], edges[c + 3]) for c in (4 * label for label in labels)])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, product
 from typing import Any, TypeVar
@@ -16,14 +16,14 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import Track
 from dloftbs.errors import InputError
 from dloftbs.support.values import check_flag, check_integer, check_number, set_fields
-from dloftbs.topology.codes import gauss_code_of, passes_of_gauss_code, pd_code_of
+from dloftbs.topology.codes import GaussCode, PDCode, from_gauss_code, from_pd_code, gauss_code_of, pd_code_of
 from dloftbs.topology.crossing_passes import passes_of_curves
 from dloftbs.topology.diagram_fields import check_sequence, checked_fields
 from dloftbs.topology.end_moves import EndMove, next_end_move
 from dloftbs.topology.knot_table import Polynomial
-from dloftbs.topology.knot_type import alexander_polynomial, close, is_knotted, is_linked, name_of
+from dloftbs.topology.knot_type import alexander_polynomial, is_knotted, is_linked, name_of
 from dloftbs.topology.planar_map import PlanarMap
-from dloftbs.topology.reidemeister import Move, shorten, simplify
+from dloftbs.topology.reidemeister import Move, reduce, simplify
 from dloftbs.topology.result_passes import passes_of_result
 
 _T = TypeVar("_T")
@@ -148,8 +148,7 @@ class Diagram:
         InputError
             If the code is none.
         """
-        passes, turns, tops = passes_of_gauss_code(code, signs)
-        return cls(passes, (True,) * len(passes), turns, tops)
+        return cls._of_map(from_gauss_code(code, signs), len(code))
 
     @classmethod
     def from_pd_code(cls, code: Sequence[Sequence[int]]) -> Diagram:
@@ -163,37 +162,51 @@ class Diagram:
         InputError
             If the code is none.
         """
-        return cls._of_map(
-            PlanarMap.from_pd_code([check_sequence("code", one) for one in check_sequence("code", code)])
-        )
+        diagram = from_pd_code([check_sequence("code", one) for one in check_sequence("code", code)])
+        return cls._of_map(diagram, len({strand for pair in diagram.strands.values() for strand in pair}))
 
     @classmethod
-    def _of_map(cls, diagram: PlanarMap, source: Diagram | None = None) -> Diagram:
-        """Return the diagram of a map, with the crossings that it shares with another diagram named as there."""
-        strands = range(1 + max((one for pair in diagram.strands.values() for one in pair), default=-1))
-        count = len(strands) if source is None else len(source.passes)
+    def _of_map(cls, diagram: PlanarMap, count: int, **names: Any) -> Diagram:
+        """Return the diagram of the strands of a map, and what else is known of them."""
         walks = [diagram.walk(strand) for strand in range(count)]
-        met = [(crossing, level) for walk in walks for crossing, level in walk]
-        labels = sorted(diagram.enters)
-        number = {label: k for k, label in enumerate(labels)}
-        first = dict(reversed(met))
-        known = {} if source is None else dict(zip(source.labels, source.confidences, strict=True))
+        labels = sorted(diagram.signs)
+        first = {c: level for walk in reversed(walks) for c, level in reversed(walk)}
         return cls(
-            tuple([tuple([number[crossing] for crossing, _ in walk]) for walk in walks]),
+            tuple([tuple([labels.index(c) for c, _ in walk]) for walk in walks]),
             tuple([-2 * strand - 1 not in diagram.mate for strand in range(count)]),
-            tuple([diagram.sign(label) * (2 * first[label] - 1) for label in labels]),
-            tuple([None if label in diagram.unknown else 1 - first[label] for label in labels]),
-            tuple([known.get(label, 1.0) for label in labels]),
-            tuple(labels),
-            () if source is None else source.objects,
-            () if source is None else source.strand_confidences,
+            tuple([diagram.signs[c] * (2 * first[c] - 1) for c in labels]),
+            tuple([None if c in diagram.unknown else 1 - first[c] for c in labels]),
+            labels=tuple(labels),
+            **names,
         )
 
-    def _map(self, tops: Sequence[int | None] | None = None) -> PlanarMap:
-        """Return the planar map, in which unknown orders are guessed."""
-        return PlanarMap.from_passes(
-            self.passes, self.closed, self.turns, self.tops if tops is None else tops, self.labels
+    def _changed(self, diagram: PlanarMap) -> Diagram:
+        """Return the diagram of a map that was made from that of this one."""
+        known = dict(zip(self.labels, self.confidences, strict=True))
+        return self._of_map(
+            diagram,
+            len(self.passes),
+            confidences=tuple([known.get(label, 1.0) for label in sorted(diagram.signs)]),
+            objects=self.objects,
+            strand_confidences=self.strand_confidences,
         )
+
+    def _walks(self) -> list[list[tuple[int, int]]]:
+        """Return for each strand the labels of the crossings, and 1 where it runs above; a guess where unknown."""
+        seen: set[int] = set()
+        walks: list[list[tuple[int, int]]] = []
+        for strand in self.passes:
+            walks.append([])
+            for number in strand:
+                walks[-1].append((self.labels[number], int((number in seen) == bool(self.tops[number]))))
+                seen.add(number)
+        return walks
+
+    def _map(self) -> PlanarMap:
+        """Return the planar map, in which the first pass lies on top where that is not known."""
+        unknown = frozenset(label for label, top in zip(self.labels, self.tops, strict=True) if top is None)
+        signs = {c: -turn if top else turn for c, turn, top in zip(self.labels, self.turns, self.tops, strict=True)}
+        return PlanarMap.from_walks(self._walks(), self.closed, signs, unknown)
 
     @property
     def is_open(self) -> bool:
@@ -232,8 +245,8 @@ class Diagram:
             If `over` is neither True nor False.
         """
         diagram = self._map()
-        close(diagram, check_flag("over", over))
-        return Diagram._of_map(diagram, self)
+        diagram.close(check_flag("over", over))
+        return self._changed(diagram)
 
     def simplify(self) -> Simplified:
         """Remove crossings by Reidemeister's moves, as far as they are found; the ends of open strands stay in place.
@@ -243,44 +256,35 @@ class Diagram:
         Simplified
             The diagram of what remains, and the moves in order.
         """
-        diagram = self._map()
-        moves = simplify(diagram)
-        return Simplified(Diagram._of_map(diagram, self), tuple(moves))
-
-    @property
-    def _drawn_signs(self) -> tuple[int, ...] | None:
-        """Signs of the crossings as they are drawn."""
-        if None in self.tops:
-            return None
-        return tuple([-turn if top else turn for turn, top in zip(self.turns, self.tops, strict=True)])
+        diagram, moves = simplify(self._map())
+        return Simplified(self._changed(diagram), tuple(moves))
 
     @property
     def writhe(self) -> int | None:
         """Sum of the signs of the crossings as they are drawn; None where an order is unknown."""
-        return None if self._drawn_signs is None else sum(self._drawn_signs)
+        return None if None in self.tops else sum(self._map().signs.values())
 
     @property
     def signs(self) -> tuple[int, ...] | None:
         """For each crossing of `gauss_code`, in the order of its number, 1 if it is right-handed and -1 if not."""
-        return None if self._drawn is None else self._drawn._drawn_signs
+        return None if self._drawn is None else tuple(self._drawn._map().signs.values())
 
     @property
-    def gauss_code(self) -> tuple[tuple[int, ...], ...] | None:
+    def gauss_code(self) -> GaussCode | None:
         """For each strand the crossings that it passes, numbered from 1 on, negative below: see `signs`.
 
         Of open strands it is that of `close`, over everything.
         """
-        return None if self._drawn is None else gauss_code_of(self._drawn.passes, self._drawn.tops)
+        return None if self._drawn is None else gauss_code_of(self._drawn._walks(), self._drawn.labels)
 
     @property
-    def pd_code(self) -> tuple[tuple[int, int, int, int], ...] | None:
+    def pd_code(self) -> PDCode | None:
         """For each crossing its four edges, counter-clockwise from that by which the lower strand comes in.
 
         Edges are numbered from 1 on, along each strand. Of open strands it is that of `close`, over everything.
         """
-        if self._drawn is None or self.gauss_code is None or self.signs is None:
-            return None
-        return pd_code_of(self._drawn.passes, self.gauss_code, self.signs)
+        drawn = self._drawn
+        return None if drawn is None else pd_code_of(drawn._map(), drawn._walks(), drawn.labels)
 
     @cached_property
     def _drawn(self) -> Diagram | None:
@@ -296,26 +300,18 @@ class Diagram:
     def _reduced(self) -> Diagram:
         return self.simplify().diagram
 
-    @cached_property
-    def _made(self) -> list[PlanarMap]:
-        """Those of `_readings` that somebody asked for."""
-        return []
-
     def _readings(self) -> Iterator[PlanarMap]:
         """Yield closed diagrams of all readings; none where too many orders are unknown, or a strand itself."""
-        unknown = [number for number, top in enumerate(self._reduced.tops) if top is None]
-        if len(unknown) > MAX_UNKNOWN or min(self.strand_confidences, default=1.0) < 0.5:
+        tops = self._reduced.tops
+        if tops.count(None) > MAX_UNKNOWN or min(self.strand_confidences, default=1.0) < 0.5:
             return
-        ways = product(product((0, 1), repeat=len(unknown)), (True, False)[: 1 + self.is_open])
-        for k, (orders, over) in enumerate(ways):
-            if k == len(self._made):
-                tops = list(self._reduced.tops)
-                for number, top in zip(unknown, orders, strict=True):
-                    tops[number] = top
-                self._made.append(self._reduced._map(tops))
-                close(self._made[k], over)
-                shorten(self._made[k])
-            yield self._made[k]
+        for orders in product(*((0, 1) if top is None else (top,) for top in tops)):
+            diagram = replace(self._reduced, tops=orders)._map()
+            for over in (True, False)[: 1 + self.is_open]:
+                reading = diagram.copy()
+                reading.close(over)
+                reduce(reading, slides=0)
+                yield reading
 
     def _agreed(self, measure: Callable[[PlanarMap], _T]) -> _T | None:
         """Return what all readings give, or None; those after the first disagreement are not made."""
@@ -470,4 +466,4 @@ def _any(found: Sequence[bool | None]) -> bool | None:
 
 
 def _linking_number(reading: PlanarMap) -> int:
-    return sum(reading.sign(c) for c, pair in reading.strands.items() if pair[0] != pair[1]) // 2
+    return sum(reading.signs[c] for c, pair in reading.strands.items() if pair[0] != pair[1]) // 2

@@ -38,20 +38,19 @@ def next_end_move(diagram: PlanarMap, closed: Sequence[bool], objects: Sequence[
     Parameters
     ----------
     diagram : PlanarMap
-        It is simplified here.
     closed : sequence of bool
         Whether each strand is closed.
     objects : sequence of int
         Names of the strands.
     """
-    simplify(diagram)
+    rest, _ = simplify(diagram)
     found = []
     for strand, name in enumerate(objects):
-        walk = [] if closed[strand] else diagram.walk(strand)
+        walk = [] if closed[strand] else rest.walk(strand)
         for end, (crossing, level) in enumerate([walk[0], walk[-1]] if walk else []):
-            after = diagram.copy()
+            after = rest.copy()
             after.erase(crossing)
-            reduce(after)
-            over = None if crossing in diagram.unknown else level == 1
-            found.append((len(after.enters), not over, EndMove(name, end, crossing, over)))
+            reduce(after, slides=0)
+            over = None if crossing in rest.unknown else level == 1
+            found.append((len(after.signs), not over, EndMove(name, end, crossing, over)))
     return min(found, key=lambda one: one[:2])[2] if found else None

@@ -13,26 +13,20 @@ Source: the least knots with that polynomial, of J. H. Conway and of S. Kinoshit
 """
 
 
-def close(diagram: PlanarMap, over: bool) -> None:
-    """Join both ends of each open strand, over everything or under everything."""
-    for strand in sorted({(-dart - 1) // 2 for dart in diagram.mate if dart < 0}):
-        diagram.join(-2 * strand - 2, -2 * strand - 1, over)
-
-
 def is_knotted(reading: PlanarMap) -> bool | None:
     """Say whether one closed strand is knotted; None where no move and no polynomial tells."""
-    if reading.enters and alexander_polynomial(reading) != (1,):
+    if alexander_polynomial(reading) != (1,):
         return True
-    return False if _is_drawn_with(reading, _TRIVIAL_CROSSINGS) else None
+    return False if _has_at_most(reading, _TRIVIAL_CROSSINGS) else None
 
 
 def is_linked(reading: PlanarMap) -> bool | None:
     """Say whether closed strands are hooked to each other; None where no move and no polynomial tells."""
-    if alexander_polynomial(reading) and _is_crossed(reading):
+    if not _is_crossed(reading):
+        return False
+    if alexander_polynomial(reading):
         return True
-    if _is_crossed(reading):
-        simplify(reading)
-    return None if _is_crossed(reading) else False
+    return None if _is_crossed(simplify(reading)[0]) else False
 
 
 def _is_crossed(reading: PlanarMap) -> bool:
@@ -42,14 +36,12 @@ def _is_crossed(reading: PlanarMap) -> bool:
 def name_of(reading: PlanarMap) -> str | None:
     """Return the name of the knot that one closed strand is; None if it has more crossings than the table."""
     name = KNOTS.get(alexander_polynomial(reading))
-    return name if name is not None and _is_drawn_with(reading, TABLED_CROSSINGS) else None
+    return name if name is not None and _has_at_most(reading, TABLED_CROSSINGS) else None
 
 
-def _is_drawn_with(reading: PlanarMap, crossings: int) -> bool:
-    """Say whether simplification comes down to a number of crossings, by a longer search where it has not yet."""
-    if len(reading.enters) > crossings:
-        simplify(reading)
-    return len(reading.enters) <= crossings
+def _has_at_most(reading: PlanarMap, crossings: int) -> bool:
+    """Say whether simplification comes down to a number of crossings."""
+    return len(reading.signs) <= crossings or len(simplify(reading)[0].signs) <= crossings
 
 
 def alexander_polynomial(diagram: PlanarMap) -> Polynomial:
@@ -61,30 +53,26 @@ def alexander_polynomial(diagram: PlanarMap) -> Polynomial:
 
     Source: R. H. Crowell and R. H. Fox, Introduction to Knot Theory, 1963.
     """
-    crossings = list(diagram.enters)
-    arcs = {4 * c + (diagram.enters[c][0] ^ 2): number for number, c in enumerate(crossings)}
-    below = {c: strands[0] for c, strands in diagram.strands.items()}
-    if any(strand not in below.values() for strands in diagram.strands.values() for strand in strands):
-        return ()  # one that lies over all others
-    bits = 2 * len(crossings) + 2
+    bits = 2 * len(diagram.signs) + 2
     t = 1 << bits
-    rows = []
-    for c in crossings:
-        row = [0] * len(crossings)
-        into, above = 4 * c + diagram.enters[c][0], 4 * c + diagram.enters[c][1]
-        before, after = (1, -t) if diagram.sign(c) > 0 else (-t, 1)
-        row[_arc_into(diagram, arcs, into)] += before
-        row[arcs[into ^ 2]] += after
-        row[_arc_into(diagram, arcs, above)] += t - 1
-        rows.append(row[:-1])
-    return _digits(determinant(rows[:-1]), bits)
-
-
-def _arc_into(diagram: PlanarMap, arcs: dict[int, int], dart: int) -> int:
-    """Return the number of the arc that enters a crossing by a dart."""
-    while (dart := diagram.mate[dart]) not in arcs:
-        dart ^= 2
-    return arcs[dart]
+    rows = {c: [0] * len(diagram.signs) for c in diagram.signs}
+    arc = 0
+    for strand in sorted({strand for pair in diagram.strands.values() for strand in pair}):
+        walk = diagram.walk(strand)
+        below = [place for place, (_, level) in enumerate(walk) if not level]
+        if not below:
+            return ()  # it lies over all others
+        first, last = arc, arc + len(below) - 1
+        for c, level in walk[below[-1] + 1 :] + walk[: below[-1] + 1]:
+            if level:
+                rows[c][arc] += t - 1
+                continue
+            before, after = (1, -t) if diagram.signs[c] > 0 else (-t, 1)
+            rows[c][arc] += before
+            arc = arc + 1 if arc < last else first
+            rows[c][arc] += after
+        arc = last + 1
+    return _digits(determinant([row[:-1] for row in rows.values()][:-1]), bits)
 
 
 def determinant(rows: list[list[int]]) -> int:

@@ -16,13 +16,13 @@ Source: bounds time.
 
 
 _DESCENTS = 10
-"""Number of simplifications that begin with third moves at random.
+"""Number of simplifications that begin with moves at random.
 
 Source: bounds time.
 """
 
-_FAILURES = 30
-"""Number of third moves in a row that remove no crossing, after which one of these stops them.
+_STEPS = 50
+"""Number of moves at random that these begin with.
 
 Source: bounds time.
 """
@@ -35,175 +35,101 @@ class Move:
     Parameters
     ----------
     kind : str
-        ``"I"``, ``"II"`` or ``"III"`` of Reidemeister, or ``"pass"``: a stretch that lies over everything, or under
-        everything, is laid where it crosses least. That is a series of second and third moves.
+        ``"I"``, ``"II"`` or ``"III"`` of Reidemeister.
     crossings : tuple of int
         Labels of the crossings that it removes, or slides over each other in a third move.
-    added : tuple of int
-        Labels of the crossings that a pass makes.
     """
 
     kind: str
     crossings: tuple[int, ...]
-    added: tuple[int, ...] = ()
 
 
-def simplify(diagram: PlanarMap) -> list[Move]:
-    """Remove as many crossings as the moves find, and return these; ends of open strands stay where they are."""
-    best, done = descend(diagram)
+def simplify(diagram: PlanarMap) -> tuple[PlanarMap, list[Move]]:
+    """Return the map with the fewest crossings that moves were found to, and these; ends of strands stay in place."""
+    best = diagram.copy()
+    done = reduce(best)
     for seed in range(_DESCENTS):
-        if is_minimal(best):
+        if _is_minimal(best):
             break
-        other, way = descend(diagram, random.Random(seed))
-        if len(other.enters) < len(best.enters):
-            best, done = other, way
-    diagram.adopt(best)
-    return done
+        other, chance, moves = diagram.copy(), random.Random(seed), list[Move]()
+        while len(moves) < _STEPS and (faces := _movable(other)):
+            moves.append(_move(other, chance.choice(faces)))
+        moves += reduce(other)
+        if len(other.signs) < len(best.signs):
+            best, done = other, moves
+    return best, done
 
 
-def is_minimal(diagram: PlanarMap) -> bool:
-    """Say whether it is known to have the fewest crossings, or cannot be searched.
+def _is_minimal(diagram: PlanarMap) -> bool:
+    """Say whether it is known to have the fewest crossings: it alternates, and no face meets a crossing twice.
 
-    Source: a reduced alternating diagram has the fewest; L. Kauffman, K. Murasugi, M. Thistlethwaite, 1987.
+    Source: L. Kauffman, K. Murasugi, M. Thistlethwaite, 1987.
     """
-    return any(dart < 0 for dart in diagram.mate) or all((dart ^ other) & 1 for dart, other in diagram.mate.items())
+    met = [[dart >> 2 for dart in face if dart >= 0] for face in diagram.faces()]
+    alternates = all((dart ^ mate) & 1 for dart, mate in diagram.mate.items() if dart >= 0 <= mate)
+    return alternates and all(len(set(face)) == len(face) for face in met)
 
 
-def descend(diagram: PlanarMap, chance: random.Random | None = None) -> tuple[PlanarMap, list[Move]]:
-    """Return a simpler map and the moves there: at first by third moves at random, if `chance` is given."""
-    way, failures = diagram.copy(), 0
-    moves = reduce(way)
-    while chance is not None and failures < _FAILURES and (triangles := _triangles(way)):
-        triangle = chance.choice(triangles)
-        _slide(way, triangle)
-        moves.append(Move("III", tuple([dart >> 2 for dart in triangle])))
-        helped = reduce(way)
-        moves += helped
-        failures = 0 if helped else failures + 1
-    while found := _lay_anew(way) or _slide_until_it_helps(way):
-        moves += found + reduce(way)
-    return way, moves
-
-
-def shorten(diagram: PlanarMap) -> None:
-    """Remove crossings by the first move, the second one and passes alone, fast."""
-    reduce(diagram)
-    while _lay_anew(diagram):
-        reduce(diagram)
-
-
-def reduce(diagram: PlanarMap) -> list[Move]:
-    """Undo loops and double crossings until there are none: the first and the second move."""
-    moves: list[Move] = []
-    while move := _reducible(diagram):
-        moves.append(move)
-        for crossing in move.crossings:
-            diagram.erase(crossing)
+def reduce(diagram: PlanarMap, slides: int = _SLIDES) -> list[Move]:
+    """Remove crossings by the shortest series of moves that removes one, until there is none, and return these."""
+    moves = list[Move]()
+    while series := _series(diagram, slides):
+        moves += [_move(diagram, face) for face in series]
     return moves
 
 
-def _reducible(diagram: PlanarMap) -> Move | None:
-    for orbit in diagram.faces():
-        if len(orbit) > 2 or orbit[0] < 0:
-            continue
-        crossings = tuple(dart >> 2 for dart in orbit)
-        if len(orbit) == 1:
-            return Move("I", crossings)
-        a, b = orbit
-        if (
-            b >= 0
-            and crossings[0] != crossings[1]
-            and not (a ^ diagram.mate[a]) & 1
-            and diagram.unknown.isdisjoint(crossings)
-        ):
-            return Move("II", crossings)
-    return None
-
-
-def _slide_until_it_helps(diagram: PlanarMap) -> list[Move]:
-    """Find the shortest series of third moves after which others remove crossings, do it and return it."""
-    queue: deque[tuple[PlanarMap, list[Move]]] = deque([(diagram, [])])
+def _series(diagram: PlanarMap, slides: int) -> list[Orbit]:
+    """Return the faces of the shortest series of moves that removes crossings; third moves make `slides` maps."""
+    queue: deque[tuple[PlanarMap, list[Orbit]]] = deque([(diagram, [])])
     seen = {frozenset(diagram.mate.items())}
-    while queue and len(seen) < _SLIDES:
-        before, moves = queue.popleft()
-        for triangle in _triangles(before):
+    while queue:
+        before, series = queue.popleft()
+        faces = _movable(before)
+        if faces and len(faces[0]) < 3:
+            return [*series, faces[0]]
+        for face in faces:
             after = before.copy()
-            _slide(after, triangle)
+            _move(after, face)
             key = frozenset(after.mate.items())
-            if key in seen:
-                continue
-            seen.add(key)
-            series = [*moves, Move("III", tuple(dart >> 2 for dart in triangle))]
-            if _reducible(after) is not None:
-                diagram.adopt(after)
-                return series
-            if helped := _lay_anew(after):
-                diagram.adopt(after)
-                return series + helped
-            queue.append((after, series))
+            if key not in seen and len(seen) < slides:
+                seen.add(key)
+                queue.append((after, [*series, face]))
     return []
 
 
-def _triangles(diagram: PlanarMap) -> list[Orbit]:
-    """Return the faces on which one strand lies over the other two, which a third move can slide."""
-    return [
-        orbit
-        for orbit in diagram.faces()
-        if len(orbit) == 3
-        and min(orbit) >= 0
-        and len({dart >> 2 for dart in orbit}) == 3
-        and any(dart & diagram.mate[dart] & 1 for dart in orbit)
-        and diagram.unknown.isdisjoint([dart >> 2 for dart in orbit])
+def _movable(diagram: PlanarMap) -> list[Orbit]:
+    """Return the faces that a move removes or turns over, the smallest first: of one, two or three crossings.
+
+    Of a larger one than a loop, one strand lies over the others: an edge runs above at both of its ends, or below.
+    """
+    faces = [
+        face
+        for face in diagram.faces()
+        if len(face) <= 3
+        and min(face) >= 0
+        and len({dart >> 2 for dart in face}) == len(face)
+        and (
+            len(face) == 1
+            or (
+                any(not (dart ^ diagram.mate[dart]) & 1 for dart in face)
+                and diagram.unknown.isdisjoint([dart >> 2 for dart in face])
+            )
+        )
     ]
+    return sorted(faces, key=len)
 
 
-def _slide(diagram: PlanarMap, triangle: Orbit) -> None:
-    """Exchange on each strand of a triangle the two crossings that it passes there."""
-    for out in triangle:
-        into = diagram.mate[out]
-        before, after = diagram.mate[out ^ 2], diagram.mate[into ^ 2]
+def _move(diagram: PlanarMap, face: Orbit) -> Move:
+    """Remove the crossings of a face, or exchange on each strand of a triangle the two that it passes there."""
+    crossings = tuple([dart >> 2 for dart in face])
+    for dart in face:
+        if len(face) < 3:
+            diagram.erase(dart >> 2)
+            continue
+        into = diagram.mate[dart]
+        before, after = diagram.mate[dart ^ 2], diagram.mate[into ^ 2]
         if before != into ^ 2:
             diagram.link(before, into)
-            diagram.link(into ^ 2, out ^ 2)
-            diagram.link(out, after)
-
-
-def _lay_anew(diagram: PlanarMap) -> list[Move]:
-    """Lay one stretch over or under everything where it crosses less, do it and return it.
-
-    Only of closed strands: the ends of open ones may lie between the old place and the new one.
-    """
-    if diagram.unknown & diagram.enters.keys() or any(dart < 0 for dart in diagram.mate):
-        return []
-    for level in (1, 0):
-        for strand in sorted({strand for pair in diagram.strands.values() for strand in pair}):
-            own = [c for c, pair in diagram.strands.items() if strand in pair]
-            if all(diagram.strands[c][1 - level] != strand for c in own):
-                for crossing in own:
-                    diagram.erase(crossing)
-                return [Move("pass", tuple(own))]
-        for first in [4 * c + (diagram.enters[c][1 - level] ^ 2) for c in diagram.enters]:
-            passed, dart = [], diagram.mate[first]
-            while dart & 1 == level:
-                passed.append(dart >> 2)
-                dart = diagram.mate[dart ^ 2]
-            if passed and (move := _laid_anew(diagram, first, dart, passed, over=level == 1)):
-                return [move]
-    return []
-
-
-def _laid_anew(diagram: PlanarMap, first: int, last: int, passed: list[int], over: bool) -> Move | None:
-    """Lay the stretch from one dart to another one anew, unless it crosses no less then."""
-    after, (a, b, c, d) = diagram.copy(), (-3, -2, -1, -4)
-    after.link(first, a)
-    after.link(diagram.mate[first], b)
-    after.link(diagram.mate[last], c)
-    after.link(last, d)
-    for crossing in passed:
-        after.erase(crossing)
-    del after.mate[b], after.mate[c]
-    if len(after.route(a, d)) >= len(passed):
-        return None
-    added = after.join(a, d, over)
-    diagram.adopt(after)
-    return Move("pass", tuple(passed), added)
+            diagram.link(into ^ 2, dart ^ 2)
+            diagram.link(dart, after)
+    return Move("I" * len(face), crossings)
