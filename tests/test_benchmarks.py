@@ -10,6 +10,7 @@ from dataclasses import make_dataclass
 from itertools import pairwise
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from benchmarks import (
@@ -21,6 +22,7 @@ from benchmarks import (
     growth,
     linking_pictures,
     original_curves,
+    pictured_gaps,
     process,
     profile,
     real_footage,
@@ -35,6 +37,19 @@ from dloftbs import Frame, Pipeline
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE = DOCS / "maintainers" / "performance-details.md"
 BLOCKS = ("machine", "speed", "growth", "profile", "throughput", "recordings", "batch", "process")
+
+
+@pytest.mark.parametrize(("kind", "cables"), [("ends in sight", 2), ("under a strip", 1)])
+def test_a_gap_over_a_photograph_shows_its_cables_and_is_the_same_again(kind: str, cables: int, tmp_path: Path) -> None:
+    ground = np.full((60, 90, 3), 180, np.uint8)
+    cv2.imwrite(str(tmp_path / "ground.png"), ground)
+    once, again = (next(pictured_gaps.list_gaps([tmp_path / "ground.png"], kind, 3, 1)) for _ in range(2))
+    assert once.cables == cables
+    assert once.frame.mask is not None
+    assert once.frame.image is not None
+    count, _ = cv2.connectedComponents(once.frame.mask.astype(np.uint8))
+    assert count - 1 == 2  # both kinds have one gap
+    assert (once.frame.image == again.frame.image).all()
 
 
 def test_functions_take_turns_and_the_first_two_do_not_count():
