@@ -37,11 +37,11 @@ lint: .venv/installed-dev
 docs: .venv-docs/installed
 	.venv-docs/bin/python -m sphinx --quiet --fail-on-warning --keep-going --builder html docs build/site
 
-# All properties with ten times as many examples, all cases of the suite, then hostile input until the minutes are over, new with every seed;
+# All properties with ten times as many examples, then hostile input until the minutes are over, new with every seed;
 # or one case again: make fuzz FAMILY=combs SEED=7 CASE=12.
 # What is found stays in build/fuzz. See docs/maintainers/fuzzing.md.
 fuzz: .venv/installed-dev
-	$(if $(FAMILY),,HYPOTHESIS_PROFILE=thorough $(BIN)/python -m pytest --quiet -m "hypothesis or fuzz" \
+	$(if $(FAMILY),,HYPOTHESIS_PROFILE=thorough $(BIN)/python -m pytest --quiet -m hypothesis \
 		--numprocesses logical --maxprocesses 8 --dist worksteal)
 	PYTHONPATH=tests:. $(BIN)/python -m fuzz --minutes $(MINUTES) --seed $(SEED) \
 		$(if $(FAMILY),--family $(FAMILY)) $(if $(CASE),--case $(CASE))
@@ -70,10 +70,10 @@ results: .venv/installed-dev
 clean:
 	rm -rf .venv .venv-ros .venv-docs demo dist build
 
-# What is imported is compiled then; most of what is installed never is.
 .venv/bin/python:
 	$(PYTHON) -m venv .venv
 
+# What is imported is compiled then; most of what is installed never is.
 .venv/installed: .venv/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-compile --editable ".[headless]"
 	touch $@

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import settings
 
 # Few are for kernels as plain Python, which take a hundred times as long.
-for profile, examples in (("few", 5), ("dloftbs", 50), ("thorough", 500)):
+for profile, examples in (("few", 10), ("dloftbs", 50), ("thorough", 500)):
     settings.register_profile(profile, derandomize=True, deadline=None, max_examples=examples, database=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dloftbs"))
 
 
-PLAIN_CASES = 2
+PLAIN_CASES = 4
 """Most cases of a test with kernels as plain Python: these few show an index out of bounds as well as all do."""
 
 

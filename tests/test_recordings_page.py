@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import re
 import shlex
+import socket
+import subprocess
+import time
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from cli.cli_inputs import run
+from cli.cli_inputs import COMMAND, run
 from test_readme import SIZE, photo_of
 
 PAGE = (Path(__file__).parents[1] / "docs" / "recordings.md").read_text(encoding="utf-8")
+SCHEDULER = "10.0.0.1:8786"
+"""Address in the page, for which the test has another one."""
 RESULTS = {"day1/a.mp4.jsonl", "day1/a.mp4.status.json", "b.mp4.jsonl", "b.mp4.status.json", "batch.config.yaml"}
 
 
@@ -64,3 +69,41 @@ def test_the_commands_for_slurm(folder: Path, monkeypatch: pytest.MonkeyPatch) -
         assert "1 inputs: 1 done" in run(*share[1:]).stderr
     assert files(folder / "results") == RESULTS
     assert "0 inputs" in run(*one[1:]).stderr  # of two inputs, the third of eight shares has none
+
+
+def test_the_commands_for_dask(folder: Path) -> None:
+    pytest.importorskip("distributed", reason="needs the extra cluster")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    (scheduler,), (worker,), (batch,) = (
+        commands("On dask", program) for program in ("dask scheduler", "dask worker", "dloftbs batch")
+    )
+
+    def here(command: list[str]) -> list[str]:
+        local = " ".join(command).replace(SCHEDULER, f"127.0.0.1:{port}").replace("10.0.0.1", "127.0.0.1")
+        return local.replace("8786", str(port)).replace("--nworkers -1", "--nworkers 1").split()
+
+    started = []
+    try:
+        for command in (scheduler, worker):
+            program = [str(COMMAND.with_name("dask")), *here(command)[1:], "--no-dashboard"]
+            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            started.append(subprocess.Popen(program, start_new_session=True, **quiet))
+            _wait_for(port)
+        assert "2 inputs: 2 done" in run(*here(batch)[1:]).stderr
+    finally:
+        for process in reversed(started):
+            process.terminate()
+            process.wait(60)
+    assert files(folder / "results") == RESULTS
+
+
+def _wait_for(port: int) -> None:
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        with socket.socket() as there:
+            if there.connect_ex(("127.0.0.1", port)) == 0:
+                return
+        time.sleep(0.1)
+    pytest.fail("the scheduler does not answer")

@@ -293,7 +293,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.BagSource": {
             **{"path": RECORDING.path, "topic": "/dloftbs/mask", "depth_topic": "/dloftbs/mask"},
             **{"info_topic": "/dloftbs/camera_info", "kind": "mask", "camera": CAMERA, "registration": None},
-            **{"depth_unit_m": 0.001, "fps": 5.0, "guess_depth": True, "tolerance_s": 0.1},
+            **{"depth_unit_m": 0.001, "fps": 5.0, "guess_depth": True, "tolerance_s": 0.1, "keep_messages": False},
         },
         "ros.FrameMaker": {
             **{"where": "a", "kind": "auto", "rectified": False, "camera": CAMERA, "registration": None},
@@ -316,7 +316,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.Recording": {"path": RECORDING.path},
         "ros.Recording.messages": {"wanted": ["/dloftbs/mask"]},
         "ros.Recording.peek": {"wanted": ["/dloftbs/mask"]},
-        "ros.RosFrame": {"mask": MASK, "camera": CAMERA, "frame_id": "a", "stamp_ns": 1},
+        "ros.RosFrame": {"mask": MASK, "camera": CAMERA, "frame_id": "a", "stamp_ns": 1, "recorded": ()},
         "ros.RosbagsFactory": {"store": STORE},
         "ros.RosbagsFactory.__call__": {"type_name": "std_msgs/msg/Header", "frame_id": "a"},
         "ros.SampledTrack": {name: getattr(in_space, name) for name in ("track", "points", "s", "inferred")},
@@ -344,6 +344,7 @@ def calls(folder: Path) -> dict[str, Call]:
             "camera": CAMERA,
             "fps": 5.0,
             "jobs": 1,
+            "keep_messages": False,
         },
         "lab.Truth": {"curves": CURVES, "visible_masks": (), "ids": TRUTH.ids, "curves_3d": ()},
         "lab.Truth.from_dict": {"data": TRUTH.to_dict()},
@@ -368,6 +369,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "viz.draw": {"image_or_frame": FRAME, "result": RESULT, "style": dloftbs.viz.Style()},
         "viz.draw_3d": {"frame": FRAME, "result": RESULT, "style": dloftbs.viz.Style()},
         "viz.draw_stages": {"trace": TRACE, "style": dloftbs.viz.Style()},
+        "viz.show": {"result": RESULT, "image_or_frame": FRAME},
     }
     for name in dloftbs.config.__all__:
         kind = getattr(dloftbs.config, name)

@@ -270,3 +270,15 @@ def test_labels_in_a_glob_that_the_shell_expanded_are_said_to_be_frames(tmp_path
     assert "the inputs: a.png and a_mask.png look like an image and its mask" in result.stderr
     assert '--masks "{stem}_mask.png"' in result.stderr
     assert "look like" not in run(command, *paths, "--masks", "{stem}_mask.png").stderr
+
+
+@pytest.mark.skipif(not hasattr(cv2, "imwriteanimation"), reason="needs OpenCV 4.11")
+def test_an_animation_among_images_has_all_its_frames(tmp_path):
+    animation = cv2.Animation()
+    animation.frames = [photo(30 + 5 * i) for i in range(4)]
+    animation.durations = np.full(4, 40, np.int32)
+    assert cv2.imwriteanimation(str(tmp_path / "b.webp"), animation)
+    paths = [save(tmp_path / "a.png", photo()), tmp_path / "b.webp", save(tmp_path / "c.png", photo())]
+    rows = lines(run("detect", *paths, "--hsv", RED))
+    assert [row["index"] for row in rows] == list(range(6))
+    assert [len(row["detections"]) for row in rows] == [1] * 6

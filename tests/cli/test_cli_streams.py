@@ -41,7 +41,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-LOUD = ["--help", "config print", "track mask.png --kind mask"]
+LOUD = ["--help", "--version", "demo -h", "config print", "config check settings.yaml", "track mask.png --kind mask"]
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

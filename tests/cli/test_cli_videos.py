@@ -82,6 +82,16 @@ def test_every_and_limit_go_by_frames(tmp_path):
     assert [row["index"] for row in rows] == [0, 5, 10, 15, 20]
 
 
+def test_an_avif_image_is_read(tmp_path):
+    Image = pytest.importorskip("PIL.Image")
+    Image.fromarray(photo(50)[..., ::-1]).save(tmp_path / "photo.avif")
+    Image.fromarray(255 * (mask(50) > 0).astype(np.uint8)).save(tmp_path / "mask.avif")
+    for options in (("photo.avif", "--hsv", RED), ("mask.avif",)):
+        run("detect", tmp_path / options[0], *options[1:], "--out", tmp_path / "curves.jsonl")
+        (row,) = lines(tmp_path / "curves.jsonl")
+        assert len(row["detections"]) == 1
+
+
 def test_sound_without_pictures_is_an_error(tmp_path):
     import av
 

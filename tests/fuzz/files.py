@@ -500,11 +500,12 @@ def check_lines(case: File, folder: Path) -> None:
     path = case.written(folder)
     own(lambda: list(sinks.read_json_lines(path)))
     image, _ = _picture()
-    labelled = folder / "labelled"
-    labelled.mkdir()
-    cv2.imwrite(str(labelled / "000.png"), image)
-    (labelled / "000.json").write_bytes(case.content)
-    own(lambda: _read_labelled(labelled))
+    for suffix in (".json", ".csv"):
+        labelled = folder / f"labelled{suffix}"
+        labelled.mkdir()
+        cv2.imwrite(str(labelled / "000.png"), image)
+        (labelled / f"000{suffix}").write_bytes(case.content)
+        own(lambda labelled=labelled: _read_labelled(labelled))
     written = folder / "written"
     write_sequence(_Few(), written)
     _read_labelled(written)

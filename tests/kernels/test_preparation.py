@@ -52,6 +52,12 @@ def test_what_other_processes_compile_is_loaded(tmp_path):
     assert run(code, tmp_path) == (["0", "0", "8"], "")
 
 
+@pytest.mark.slow
+def test_only_the_kernels_of_the_rooms_are_compiled(tmp_path):
+    code = "print(preparation.prepare(['segmentation']), *sorted(compiler.count_missing()))"
+    assert run(code, tmp_path)[0] == ["7", "dloftbs_lab.evaluation.kernels.nearest_points"]
+
+
 def test_a_block_that_ends_early_waits_for_nothing(tmp_path):
     code = (
         "import time; preparation._start = lambda start=preparation._start: started.append(start()) or started[-1]\n"
@@ -72,9 +78,10 @@ def test_rooms_that_are_ready_start_no_process(monkeypatch):
         pass
 
 
+@pytest.mark.parametrize("death", ["import nonsense", "import os; os.kill(os.getpid(), 9)"])
 @pytest.mark.slow
-def test_a_process_that_dies_costs_nothing_but_time(tmp_path):
-    dying = "import os, sys; sys.stdin.readline(); sys.stdin.readline(); os.kill(os.getpid(), 9)"
+def test_a_process_that_dies_costs_nothing_but_time(tmp_path, death):
+    dying = f"import sys; sys.stdin.readline(); sys.stdin.readline(); {death}"
     assert run(f"preparation._WORKER = {dying!r}\nprint(preparation.prepare())", tmp_path)[0] == ["8"]
     assert run("print(preparation.prepare())", tmp_path)[0] == ["0"]
 

@@ -219,6 +219,7 @@ def test_overlays_show_its_outline(roi):
     x, y = AS_POLYGON[0] if roi == BOX else DIAMOND[0]
     assert changed[y, x]
     assert not changed[0].any()
+    assert "<polygon" in viz.show(result, mask).svg
 
 
 def test_a_result_goes_through_json():

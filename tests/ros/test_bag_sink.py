@@ -12,13 +12,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.cli_inputs import run
+from mcap.reader import make_reader
+from mcap.writer import Writer as McapWriter
 from ros import bag_examples as bags
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import Reader
 from sinks import sink_examples as examples
 
 import dloftbs
 from dloftbs import InputError, SinkError, sinks, sources
 from dloftbs.ros import BagSink, Recording
+from dloftbs.ros.bag_metadata import QOS
+from dloftbs.ros.message_types import MessageTypes
+from dloftbs.support.documents import parse_yaml
 from dloftbs.support.safe_files import AppendFile
 
 COUNT = 4
@@ -158,6 +164,87 @@ def test_a_package_that_is_missing(tmp_path, monkeypatch):
     with pytest.raises(SinkError, match=r"pip install 'dloftbs\[ros\]'"):
         sinks.open(tmp_path / "a.mcap")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_the_command_copies_a_recording_as_it_is(tmp_path, monkeypatch, storage):
+    monkeypatch.chdir(tmp_path)
+    note = examples_of_notes(COUNT)
+    bags.write_ros2(Path("bag"), [*bags.entries(COUNT), *note], storage)
+    asked = ("--topic", bags.COLOUR_TOPIC, "--hsv", "170:10", "--with-input")
+    run("track", "bag", *asked, "--out", "curves.mcap", "--out", "all/")
+    topics = [bags.COLOUR_TOPIC, bags.DEPTH_TOPIC, bags.INFO_TOPIC, "/notes"]
+    before = [as_recorded(raw) for raw in Recording("bag").messages(topics)]
+    assert len(before) == 4 * COUNT
+    for path in ("curves.mcap", "all"):
+        copy = Recording(path)
+        assert [as_recorded(raw) for raw in copy.messages(topics)] == before
+        assert {topic.name for topic in copy.topics} == {*topics, *(f"/dloftbs/{name}" for name in ALWAYS)}
+    with Reader(Path("all")) as reader:  # rosbags' own
+        kinds = {connection.topic: connection for connection in reader.connections}
+        assert kinds["/notes"].msgtype == "std_msgs/msg/String"
+        assert kinds[bags.COLOUR_TOPIC].msgcount == COUNT
+    run("track", "all/", *asked, "--out", "again.mcap")
+    assert [as_recorded(raw) for raw in Recording("again.mcap").messages(topics)] == before
+    assert Path("curves.config.yaml").exists()
+
+
+def examples_of_notes(count):
+    """Return messages of a type that nobody here reads, the last ones after the last image."""
+    return [("/notes", bags.stamp_of(i + 2), bags.MAKE2("std_msgs/msg/String", data=f"note {i}")) for i in range(count)]
+
+
+def as_recorded(raw):
+    return raw.topic, raw.stamp_ns, bytes(raw.data)
+
+
+def test_a_copy_keeps_definitions_qos_times_and_numbers(tmp_path):
+    definition, qos = b"int32 grams\n", "- history: 1\n  depth: 5\n  durability: 1\n"
+    with (tmp_path / "run.mcap").open("wb") as file:
+        writer = McapWriter(file)
+        writer.start("ros2")
+        types = MessageTypes()
+        image = writer.register_schema(bags.IMAGE, "ros2msg", types.definition(bags.IMAGE).encode())
+        weight = writer.register_schema("scale_msgs/msg/Weight", "ros2msg", definition)
+        image = writer.register_channel("/image", "cdr", image)
+        weight = writer.register_channel("/w", "cdr", weight, {QOS: qos})
+        writer.add_message(weight, 5, b"\0\1\0\0\7\0\0\0", 3, sequence=9)
+        message = bags.raw_image(bags.photo_of(0), "bgr8", 10)
+        writer.add_message(image, 20, types.write(message), 15, sequence=4)
+        writer.finish()
+    with sources.open(tmp_path / "run.mcap", keep_messages=True) as source:
+        given = [(frame, dloftbs.detect(frame, hsv="170:10")) for frame in source]
+    write(tmp_path / "copy", given, with_input=True)
+    with (tmp_path / "copy" / "copy_0.mcap").open("rb") as file:
+        found = {channel.topic: (schema, channel, raw) for schema, channel, raw in make_reader(file).iter_messages()}
+    schema, channel, raw = found["/w"]
+    assert (schema.name, schema.encoding, schema.data) == ("scale_msgs/msg/Weight", "ros2msg", definition)
+    assert channel.metadata == {QOS: qos}
+    assert (raw.log_time, raw.publish_time, raw.sequence, raw.data) == (5, 3, 9, b"\0\1\0\0\7\0\0\0")
+    assert (found["/image"][2].log_time, found["/image"][2].publish_time, found["/image"][2].sequence) == (20, 15, 4)
+    (metadata,) = parse_yaml((tmp_path / "copy" / "metadata.yaml").read_text())
+    listed = [entry["topic_metadata"] for entry in metadata["rosbag2_bagfile_information"]["topics_with_message_count"]]
+    assert {entry["name"]: entry[QOS] for entry in listed if entry[QOS]} == {"/w": qos}
+
+
+def test_each_message_goes_with_one_frame(tmp_path):
+    path = bags.write_mcap(tmp_path / "run.mcap", [*bags.entries(COUNT), *examples_of_notes(COUNT)])
+    whole = [as_recorded(raw) for raw in Recording(path).messages([topic.name for topic in Recording(path).topics])]
+    with sources.open(path, keep_messages=True) as source:
+        frames = list(source)
+        assert [as_recorded(raw) for frame in frames for raw in frame.recorded] == whole
+        assert len(list(source)) == COUNT
+    with sources.open(path) as source:
+        assert [frame.recorded for frame in source] == [None] * COUNT
+
+
+def test_of_ros_1_and_of_our_own_topics_the_input_is_written_anew(tmp_path, tracked):
+    path = bags.write_ros1(tmp_path / "run.bag", bags.entries(2, make=bags.MAKE1))
+    with sources.open(path, keep_messages=True) as source:
+        assert [frame.recorded for frame in source] == [None, None]
+    path = write(tmp_path / "curves.mcap", tracked, with_input=True)
+    with sources.open(path, topic="/dloftbs/image", keep_messages=True) as source:
+        assert {frame.recorded for frame in source} == {None}
 
 
 def test_the_command_replaces_no_input(tmp_path, monkeypatch):

@@ -22,7 +22,7 @@ from dloftbs.errors import SinkError
 HERE = Path(__file__).parent
 
 
-@pytest.fixture(params=range(2))
+@pytest.fixture(params=range(4))
 def killed(request, tmp_path):
     """Return the folder of a process killed at a random moment, and how many frames it had written for sure."""
     command = [sys.executable, str(HERE / "process_to_kill.py"), str(tmp_path)]

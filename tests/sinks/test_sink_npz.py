@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import shutil
+import zipfile
 
 import numpy as np
 import pytest
@@ -91,6 +92,16 @@ def test_nothing_is_written_before_closing(tmp_path):
         assert [row.frame for row in read_npz(path)] == [7, 7]
     assert [row.frame for row in read_npz(path)] == [8, 8]
     assert [child.name for child in tmp_path.iterdir()] == ["a.npz"]
+
+
+def test_a_long_stream_is_whole_for_other_readers_of_zip_files(tmp_path):
+    results = [examples.detected(i, in_space=i >= 1500) for i in range(2000)]
+    write(tmp_path / "a.npz", results)
+    rows = read_npz(tmp_path / "a.npz")
+    assert len(rows) == 4000
+    assert rows[3999].curve_3d == results[1999].detections[1].curve_3d
+    with zipfile.ZipFile(tmp_path / "a.npz") as archive:
+        assert archive.testzip() is None
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])

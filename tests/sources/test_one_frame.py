@@ -47,12 +47,12 @@ def test_a_path_may_be_bytes():
     np.testing.assert_array_equal(read_beside("depth", InBytes(b"{stem}_depth.png"), InBytes(b"a.png")), DEPTH)
 
 
-def test_a_tiff_of_several_pages_is_a_stream():
+def test_an_animation_is_a_stream():
     pillow = pytest.importorskip("PIL.Image")
     first, second = pillow.fromarray(MASK), pillow.fromarray(255 - MASK)
-    first.save("b.tif", save_all=True, append_images=[second])
-    with pytest.raises(InputError, match=r"'b\.tif' holds several; track\('b\.tif'\)"):
-        read_frame("b.tif")
+    first.save("b.png", save_all=True, append_images=[second])
+    with pytest.raises(InputError, match=r"'b\.png' holds several; track\('b\.png'\)"):
+        read_frame("b.png")
 
 
 def test_a_folder_is_a_stream_even_if_it_holds_one_picture(tmp_path):
@@ -61,12 +61,12 @@ def test_a_folder_is_a_stream_even_if_it_holds_one_picture(tmp_path):
 
 
 def test_what_is_broken_is_said():
-    with open("b.tif", "wb") as file:
+    with open("b.png", "wb") as file:
         file.write(b"\x89PNG")
-    with pytest.raises(SourceError, match=r"b\.tif"):
-        read_frame("b.tif")
-    with pytest.raises(SourceError, match=r"b\.tif"):
-        read_beside("depth", "b.tif", MASK)
+    with pytest.raises(SourceError, match=r"b\.png"):
+        read_frame("b.png")
+    with pytest.raises(SourceError, match=r"b\.png"):
+        read_beside("depth", "b.png", MASK)
     with pytest.raises(SourceError, match=r"a\.png: depth must have one channel of 16 bits"):
         read_beside("depth", "a.png", MASK)
 

@@ -1,14 +1,16 @@
-"""Masks from a video beside other frames."""
+"""Masks from a video or an animation beside other frames."""
 
 from __future__ import annotations
 
+import io
 import logging
 from pathlib import Path
 
 import av
+import cv2
 import numpy as np
 import pytest
-from picture_files import bar, pillow, save
+from picture_files import Image, bar, pillow, save
 
 from dloftbs import sources
 from dloftbs.errors import SourceError
@@ -48,6 +50,19 @@ def test_beside_images_and_arrays(tmp_path: Path) -> None:
     for where in (tmp_path / "images", tmp_path / "a.npy"):
         with sources.open(where, masks=beside) as source:
             assert rows(source) == list(range(20, 28))
+
+
+@pytest.mark.skipif(not hasattr(cv2, "imdecodeanimation"), reason="needs OpenCV 4.11")
+def test_masks_of_an_animation(tmp_path: Path) -> None:
+    stream = io.BytesIO()
+    frames = [Image.fromarray(mask) for mask in MASKS]
+    frames[0].save(stream, "PNG", save_all=True, append_images=frames[1:])
+    beside = save(tmp_path / "m.png", stream.getvalue())
+    with sources.open(video(tmp_path / "a.mp4", MASKS), masks=beside) as source:
+        assert rows(source) == list(range(20, 28))
+    np.save(tmp_path / "b.npy", np.zeros((5, 48, 64, 3), np.uint8))
+    with pytest.raises(SourceError, match=r"mask must have as many frames as .*, which has 5; got 8"):
+        sources.open(tmp_path / "b.npy", masks=beside)
 
 
 def test_what_is_too_short_or_too_long_is_said(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

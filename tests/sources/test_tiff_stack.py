@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import struct
+import sys
 from pathlib import Path
 
 import cv2
@@ -44,10 +46,14 @@ def test_pages_may_be_colour(tmp_path: Path, options: dict[str, str]) -> None:
     np.testing.assert_array_equal(second.image, COLOUR[::-1, :, ::-1])
 
 
-def test_pages_of_one_bit(tmp_path: Path) -> None:
+def test_pages_of_one_bit_and_of_a_palette(tmp_path: Path) -> None:
     bits = [Image.fromarray(page > 0) for page in BARS]
-    for name, options in (("one", {}), ("fax", {"compression": "group4"})):
-        with sources.open(save(tmp_path / f"{name}.tif", tiff(bits, **options))) as source:
+    labels = [Image.fromarray((page > 0).astype(np.uint8) * 3, "P") for page in BARS]
+    for image in labels:
+        image.putpalette([0, 0, 0, 9, 9, 9, 9, 9, 9, 0, 0, 0])  # the objects are as black as the ground
+    for name, pages in (("one", bits), ("fax", bits), ("palette", labels)):
+        options = {"compression": "group4"} if name == "fax" else {}
+        with sources.open(save(tmp_path / f"{name}.tif", tiff(pages, **options))) as source:
             for frame, page in zip(source, BARS, strict=True):
                 np.testing.assert_array_equal(frame.mask != 0, page != 0)
 
@@ -116,6 +122,7 @@ def test_a_page_that_is_damaged_is_skipped(tmp_path: Path, caplog: pytest.LogCap
             assert [frame.index for frame in source] == [0, 1, 3, 4]
         assert source.skipped == 1
     assert "a.tif: page 2: " in caplog.text
+    assert "JPEG 2000" in caplog.text
 
 
 def test_in_a_folder_the_first_page_is_read_and_it_is_said(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -125,6 +132,12 @@ def test_in_a_folder_the_first_page_is_read_and_it_is_said(tmp_path: Path, caplo
         assert [frame.name for frame in source] == ["a.tif", "b.tif"]
     assert "a.tif: only the first of its 5 pages is read" in caplog.text
     assert len(caplog.records) == 1
+
+
+def test_standard_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(plain_tiff(BARS))))
+    with sources.open("-") as source:
+        assert [frame.name for frame in source] == [f"stdin#{number}" for number in range(COUNT)]
 
 
 @pytest.mark.parametrize("dtype", [np.uint16, np.float32])

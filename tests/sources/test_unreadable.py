@@ -12,14 +12,16 @@ from picture_files import BAR, COLOUR, Image, only, pillow, plain_tiff, save
 
 from dloftbs import sources
 from dloftbs.errors import SourceError
+from dloftbs.sources.pixels import decode
 
 JPEG_DATA = pillow(COLOUR, "JPEG")
 BEGINS = {
     "JPEG XL": (b"\xff\x0a" + bytes(40), b"\0\0\0\x0cJXL \r\n\x87\n" + bytes(40)),
-    "JPEG 2000": (b"\0\0\0\x0cjP  \r\n\x87\n" + bytes(40),),
+    "JPEG 2000": (b"\0\0\0\x0cjP  \r\n\x87\n" + bytes(40), b"\xff\x4f\xff\x51" + bytes(40)),
     "HEIC": (b"\0\0\0\x18ftypheic" + bytes(40), b"\0\0\0\x18ftypmif1\0\0\0\0mif1heic" + bytes(40)),
     "OpenEXR": (b"\x76\x2f\x31\x01\x02" + bytes(40),),
     "Photoshop": (b"8BPS" + bytes(40),),
+    "raw data": (b"II\x2a\0\x10\0\0\0CR\x02\0" + bytes(40), b"FUJIFILMCCD-RAW " + bytes(40), b"\0\0\0\x18ftypcrx "),
 }
 
 
@@ -37,7 +39,7 @@ def test_formats_are_named_whatever_the_ending(tmp_path: Path, name: str, suffix
         message = refusal(path)
         assert str(path) in message
         assert name in message
-        assert "save it as PNG" in message
+        assert "save it as" in message
         assert "corrupt" not in message
     image = save(tmp_path / "image.png", pillow(BAR, "PNG"))
     if suffix != ".png":
@@ -45,9 +47,48 @@ def test_formats_are_named_whatever_the_ending(tmp_path: Path, name: str, suffix
         assert name in refusal(image, masks=path)
 
 
-@pytest.mark.parametrize("tags", [{"t50706": 1}, {"t259": 9}, {"t259": 34712}, {"t259": 12345}])
-def test_a_tiff_of_which_opencv_makes_up_pixels_is_refused(tmp_path: Path, tags: dict[str, int]) -> None:
-    assert "this OpenCV reads" in refusal(save(tmp_path / "a.tif", plain_tiff([BAR], **tags)))
+def test_a_preview_in_raw_data_is_no_picture(tmp_path: Path) -> None:
+    assert "raw data" in refusal(save(tmp_path / "a.dng", plain_tiff([BAR], t50706=1)))
+    assert "raw data" in refusal(save(tmp_path / "a.tif", plain_tiff([BAR], t50706=1)))
+
+
+@pytest.mark.parametrize(
+    ("number", "name"),
+    [(9, "JBIG"), (34712, "JPEG 2000"), (34926, "zstd"), (50002, "JPEG XL"), (52546, "JPEG XL"), (12345, "unknown")],
+)
+def test_a_compression_of_which_opencv_makes_black_pixels_is_refused(tmp_path: Path, number: int, name: str) -> None:
+    message = refusal(save(tmp_path / "a.tif", plain_tiff([BAR], t259=number)))
+    assert f"{name}" in message
+    assert f"(number {number})" in message
+    assert "save it with LZW, deflate or no compression" in message
+
+
+@pytest.mark.parametrize(
+    ("number", "name"),
+    [(6, "TIFF 6.0"), (34887, "LERC"), (34925, "LZMA"), (50000, "zstd"), (50001, "WebP"), (34661, "JBIG")],
+)
+def test_a_compression_that_only_some_builds_read_is_named(tmp_path: Path, number: int, name: str) -> None:
+    assert f"compressed by {name}" in refusal(save(tmp_path / "a.tif", plain_tiff([BAR], t259=number))).replace(
+        "JPEG in the way of ", ""
+    )
+
+
+def test_types_of_numbers_are_named(tmp_path: Path) -> None:
+    halves = plain_tiff([BAR.astype(np.float16)])
+    assert "floating point of 16 bits" in refusal(save(tmp_path / "a.tif", halves))
+    assert "TIFF of 2 bits a value" in refusal(save(tmp_path / "a.tif", plain_tiff([BAR], t258=2)))
+
+
+@pytest.mark.parametrize(
+    ("marker", "bits", "name"), [(0xC3, 8, "lossless"), (0xC5, 8, "hierarchical"), (0xC1, 12, "JPEG of 12 bits")]
+)
+def test_processes_of_jpeg_are_named(monkeypatch: pytest.MonkeyPatch, marker: int, bits: int, name: str) -> None:
+    data = bytearray(JPEG_DATA)
+    at = data.index(b"\xff\xc0")
+    data[at + 1], data[at + 4] = marker, bits
+    monkeypatch.setattr(cv2, "imdecode", lambda *_: None)  # some builds do read them
+    with pytest.raises(SourceError, match=f"it is a .*{name}.* this OpenCV does not read; save it as PNG"):
+        decode(bytes(data))
 
 
 def test_what_is_cut_off_is_said_to_be(tmp_path: Path) -> None:

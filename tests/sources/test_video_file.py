@@ -12,6 +12,7 @@ from threading import Thread
 from time import sleep
 
 import av
+import cv2
 import numpy as np
 import pytest
 import videos
@@ -97,7 +98,7 @@ def test_a_stream_without_times_has_those_of_its_rate(tmp_path, caplog):
     assert stamps(frames) == pytest.approx([number / 25 for number in range(COUNT)])  # FFmpeg's rate for such streams
 
 
-def test_an_avif_is_read_as_a_video_is(tmp_path, caplog):
+def test_an_animated_avif_is_a_stream_and_a_still_one_an_image(tmp_path, caplog):
     Image = pytest.importorskip("PIL.Image")
     shown = [Image.fromarray(videos.picture(number)[..., ::-1]) for number in range(5)]
     for mode in ("RGB", "RGBA"):  # the alpha channel is a stream of its own
@@ -109,6 +110,17 @@ def test_an_avif_is_read_as_a_video_is(tmp_path, caplog):
     shown[3].save(tmp_path / "b.avif", quality=95)
     (frame,) = read(tmp_path / "b.avif", caplog)
     assert np.abs(frame.image.astype(int) - videos.picture(3)).mean() < 12
+    disc = cv2.circle(np.zeros((64, 96), np.uint8), (40, 30), 12, 255, -1)
+    Image.fromarray(disc).save(tmp_path / "c.avif")
+    (frame,) = read(tmp_path / "c.avif", caplog)
+    assert frame.image is None
+    assert (frame.mask != (disc > 0)).mean() < 0.01
+    (tmp_path / "d.avif").write_bytes((tmp_path / "b.avif").read_bytes()[:-30])
+    with sources.open(tmp_path / "d.avif") as source, pytest.raises(SourceError, match=r"d\.avif: cannot be decoded"):
+        list(source)
+    with caplog.at_level(logging.WARNING, "dloftbs.sources"), sources.open(f"{tmp_path}/[ac].avif") as source:
+        assert [frame.name for frame in source] == ["a.avif", "c.avif"]
+    assert "a.avif: only the first of its frames is read" in caplog.text
 
 
 FORMATS = [

@@ -35,6 +35,8 @@ class StreamOptions:
         Every so manieth frame is used.
     limit : int, optional
         Number of frames used, at most.
+    keep_messages : bool
+        As `sources.open` has it.
     """
 
     inputs: InputOptions
@@ -42,6 +44,7 @@ class StreamOptions:
     fps: float | None = None
     every: int = 1
     limit: int | None = None
+    keep_messages: bool = False
 
 
 class FollowedStream(ABC, Generic[Given]):

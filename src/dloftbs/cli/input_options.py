@@ -160,8 +160,9 @@ class InputOptions:
         *,
         segmented: bool,
         jobs: int = 1,
+        keep_messages: bool = False,
     ) -> Source:
-        """Open an input with these options; `jobs` are those of `sources.open`.
+        """Open an input with these options; `jobs` and `keep_messages` are those of `sources.open`.
 
         Where frames are `segmented` by a colour, grey ones are images unless --kind says otherwise.
 
@@ -189,6 +190,7 @@ class InputOptions:
             depth_topic=self.depth_topic,
             info_topic=self.info_topic,
             mask_topic=self.mask_topic,
+            keep_messages=keep_messages,
         )
         return source if self.robot is None else self.robot.wrap(source, where, self.pose)
 

@@ -74,7 +74,8 @@ stages_option = click.option(
 with_input_option = click.option(
     "--with-input",
     is_flag=True,
-    help="Write the input into recordings of ROS, too, so that one file shows all: images, depth and camera.",
+    help="Write the input into recordings of ROS, too, so that one file shows all: the messages of all topics of a "
+    "recording of ROS 2 as they are, else images, depth and camera.",
 )
 out_option = click.option(
     "--out",

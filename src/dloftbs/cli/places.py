@@ -20,6 +20,7 @@ from dloftbs.sinks.sink import Identity, identity_of
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of
 from dloftbs.sources.naming_rules import is_rule, partners_of
 from dloftbs.sources.recordings import BAG_SUFFIXES, COMPRESSED
+from dloftbs.sources.standard_input import STANDARD_INPUT
 from dloftbs.support.safe_files import sink_errors
 
 READING = (
@@ -54,18 +55,22 @@ class InputFiles:
 
     def __init__(self, where: Sequence[str], parameters: Mapping[str, Any]) -> None:
         beside = [str(parameters[name]) for name in READING if parameters.get(name) is not None]
-        frames = [file for text in where for file in files_of(text, _FRAMES)]
+        files = [text for text in where if text != STANDARD_INPUT]
+        frames = [file for text in files for file in files_of(text, _FRAMES)]
         rules = [text for text in beside if is_rule(text)]
         partners = [file for rule in rules for group in partners_of(frames, rule) for file in group]
         others = [file for text in beside for file in files_of(text, _ONE)]
         self._names = {identity_of(file): str(file) for file in (*others, *partners, *frames)}
         self._frames = {os.path.normpath(file) for file in frames} - {str(partner) for partner in partners}
-        self._named = self._frames or set(where)  # whoever opens a file that is missing says so
+        self._named = self._frames or set(files)  # whoever opens a file that is missing says so
+        self._is_piped = list(where) == [STANDARD_INPUT]
 
     @property
     def is_one_image(self) -> bool:
-        """True if the frames are a single image file, there or missing."""
-        return len(self._named) == 1 and all(Path(name).suffix.lower() in IMAGE_EXTENSIONS for name in self._named)
+        """True if the frames are a single image file, there or missing, or standard input, which may be one."""
+        return self._is_piped or (
+            len(self._named) == 1 and all(Path(name).suffix.lower() in IMAGE_EXTENSIONS for name in self._named)
+        )
 
     def name_of(self, identity: Identity) -> str | None:
         """Return the name of the input that is this file, or None."""

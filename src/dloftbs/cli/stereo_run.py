@@ -73,6 +73,7 @@ class StereoRun(FollowedStream[Pair]):
                     options.fps,
                     segmented=segmented,
                     jobs=max(cores() // len(inputs), 1),
+                    keep_messages=options.keep_messages,
                 )
                 self._sources.append(stack.enter_context(source))
             stack.pop_all()

@@ -43,6 +43,7 @@ class StreamRun(FollowedStream[Frame]):
             options.fps,
             segmented=options.config.segmentation.needs_image,
             jobs=jobs,
+            keep_messages=options.keep_messages,
         )
         self._options = options
         self._in_turn = in_turn

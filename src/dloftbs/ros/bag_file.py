@@ -35,12 +35,31 @@ class Topic:
     encoding: str = ""
 
 
+class Channel(NamedTuple):
+    """A topic as a recording describes it, for copies of its messages, which are CDR.
+
+    Without a definition the recording does not say what the type is made of; `metadata` has the publishers' QoS.
+    """
+
+    topic: str
+    type_name: str
+    definition: bytes = b""
+    definition_encoding: str = "ros2msg"
+    metadata: tuple[tuple[str, str], ...] = ()
+
+
 class RawMessage(NamedTuple):
-    """A message as it was recorded: where it was published, when it came, in nanoseconds, and its bytes."""
+    """A message as it was recorded: where it was published, when it came, in nanoseconds, and its bytes.
+
+    `channel` is what a copy of it needs, and None where it is not CDR.
+    """
 
     topic: str
     stamp_ns: int
     data: bytes | memoryview
+    published_ns: int = 0
+    sequence: int = 0
+    channel: Channel | None = None
 
 
 class CutError(Exception):

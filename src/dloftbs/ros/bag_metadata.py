@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import yaml
@@ -10,7 +11,18 @@ _VERSION = 5
 """Of the format: that of Humble, which later ones read."""
 
 
-def metadata_yaml(file: str, counts: Mapping[tuple[str, str], int], span_ns: tuple[int, int] | None) -> str:
+QOS = "offered_qos_profiles"
+"""Key of the publishers' QoS, here and in the metadata of a channel."""
+_IN_NUMBERS = re.compile(r"history: *[0-9]")
+"""Begin of a QoS as that version has it; later ones have words, which its readers do not know."""
+
+
+def metadata_yaml(
+    file: str,
+    counts: Mapping[tuple[str, str], int],
+    span_ns: tuple[int, int] | None,
+    qos: Mapping[str, str] | None = None,
+) -> str:
     """Return the content of ``metadata.yaml`` of a recording in one MCAP file.
 
     Parameters
@@ -21,6 +33,8 @@ def metadata_yaml(file: str, counts: Mapping[tuple[str, str], int], span_ns: tup
         Messages by topic and type.
     span_ns : (int, int), optional
         First and last time; None where there are no messages.
+    qos : mapping of str to str, optional
+        QoS of topics' publishers, as recordings have it; written where it is in the form of this version.
     """
     first, last = span_ns or (0, 0)
     total = sum(counts.values())
@@ -35,7 +49,7 @@ def metadata_yaml(file: str, counts: Mapping[tuple[str, str], int], span_ns: tup
                 "name": name,
                 "type": kind,
                 "serialization_format": "cdr",
-                "offered_qos_profiles": "",
+                QOS: text if _IN_NUMBERS.search(text := (qos or {}).get(name, "")) else "",
             },
             "message_count": count,
         }

@@ -9,7 +9,9 @@ from typing import Any
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SinkError
-from dloftbs.ros.bag_metadata import metadata_yaml
+from dloftbs.ros.bag_file import Channel, RawMessage
+from dloftbs.ros.bag_metadata import QOS, metadata_yaml
+from dloftbs.ros.frame_messages import RosFrame
 from dloftbs.ros.marker_messages import MarkerWriter
 from dloftbs.ros.message_factory import RosbagsFactory
 from dloftbs.ros.message_types import MessageTypes
@@ -40,8 +42,9 @@ class BagSink(PathSink):
 
     The topics are below ``/dloftbs/``: ``points`` (PointCloud2, metres) and ``markers`` (MarkerArray) of the curves in
     space, ``points_px`` (PointCloud2, pixels, in a frame of its own) of all curves, ``overlay/compressed``, ``mask``
-    where the frame brought one, ``diagnostics``; with the input, also ``image``, ``depth`` and ``camera_info``. All
-    have the time and the coordinate frame of the input.
+    where the frame brought one, ``diagnostics``; with the input, also ``image``, ``depth`` and ``camera_info``, or,
+    where frames carry the messages of their recording (`RosFrame.recorded`), these as they are, on their own topics.
+    All have the time and the coordinate frame of the input.
 
     The messages of each frame are a chunk of the file, on its way to the disk before `write` returns: whenever the
     process dies, every frame written is whole. Only the index at the end is then missing, which readers of unfinished
@@ -54,7 +57,7 @@ class BagSink(PathSink):
     overlay : bool
         Whether the overlay is drawn.
     with_input : bool
-        Whether images, depth and camera are written, too.
+        Whether images, depth and camera, or the messages of the frames' recording, are written, too.
     frame_id : str
         Name of the coordinate frame where the input has none.
 
@@ -76,7 +79,10 @@ class BagSink(PathSink):
         self._make = RosbagsFactory(self._types.store)
         self._markers = MarkerWriter(self._make)
         self._channels: dict[str, int] = {}
+        self._copied: dict[Channel, int] = {}
+        self._schemas: dict[tuple[str, str, bytes], int] = {}
         self._counts: dict[tuple[str, str], int] = {}
+        self._qos: dict[str, str] = {}
         self._span_ns: tuple[int, int] | None = None
         self._is_cut = False
         self._folder = None if self._path.suffix.lower() == SUFFIX else self._path
@@ -112,7 +118,11 @@ class BagSink(PathSink):
             picture = encode(viz.draw(frame, result), ".jpg")
             messages["overlay/compressed"] = picture_message(make, metres, picture)
         if self._with_input:
-            messages |= self._input(frame, metres)
+            recorded = frame.recorded if isinstance(frame, RosFrame) else None
+            if recorded is None:
+                messages |= self._input(frame, metres)
+            for raw in recorded or ():
+                self._copy(raw)
         for name, message in messages.items():
             self._put(f"{OWN_TOPICS}{name}", header.stamp_ns, message)
         self._flush()
@@ -130,10 +140,35 @@ class BagSink(PathSink):
     def _put(self, topic: str, stamp_ns: int, message: Any) -> None:
         kind = message.__msgtype__
         if topic not in self._channels:
-            schema = self._writer.register_schema(kind, "ros2msg", self._types.definition(kind).encode())
+            schema = self._schema(kind, "ros2msg", self._types.definition(kind).encode())
             self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
         self._writer.add_message(self._channels[topic], stamp_ns, self._types.write(message), stamp_ns)
         self._count(topic, kind, stamp_ns)
+
+    def _copy(self, raw: RawMessage) -> None:
+        """Write a message as it was recorded."""
+        channel = raw.channel
+        if channel is None:
+            return
+        if channel not in self._copied:
+            definition, encoding = channel.definition, channel.definition_encoding
+            if not definition and channel.type_name in self._types.store.types:
+                definition, encoding = self._types.definition(channel.type_name).encode(), "ros2msg"
+            schema = self._schema(channel.type_name, encoding, definition)
+            metadata = dict(channel.metadata)
+            self._copied[channel] = self._writer.register_channel(channel.topic, "cdr", schema, metadata)
+            self._qos[channel.topic] = metadata.get(QOS, "")
+        self._writer.add_message(
+            self._copied[channel], raw.stamp_ns, bytes(raw.data), raw.published_ns, sequence=raw.sequence
+        )
+        self._count(channel.topic, channel.type_name, raw.stamp_ns)
+
+    def _schema(self, kind: str, encoding: str, definition: bytes) -> int:
+        """Return the number of a type's definition in the file."""
+        key = kind, encoding, definition
+        if key not in self._schemas:
+            self._schemas[key] = self._writer.register_schema(*key)
+        return self._schemas[key]
 
     def _count(self, topic: str, kind: str, stamp_ns: int) -> None:
         self._counts[topic, kind] = self._counts.get((topic, kind), 0) + 1
@@ -160,7 +195,7 @@ class BagSink(PathSink):
         finally:
             self._file.close()
         if self._folder is not None:
-            text = metadata_yaml(self._file.path.name, self._counts, self._span_ns)
+            text = metadata_yaml(self._file.path.name, self._counts, self._span_ns, self._qos)
             write_whole(self._folder / METADATA, text.encode())
 
 

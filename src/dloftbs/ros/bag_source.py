@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.data.frame import Frame
@@ -17,7 +18,7 @@ from dloftbs.ros.message_fields import NS_PER_S, kind_of_reason, stamp_ns_of
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
 from dloftbs.ros.stamp_pairing import TOLERANCE_S, WAITING, WAITING_FOR_MASKS, StampPairing
-from dloftbs.ros.topic_choice import IMAGE_TYPES, INFO_TYPE, Topics, choose_topics
+from dloftbs.ros.topic_choice import IMAGE_TYPES, INFO_TYPE, OWN_TOPICS, Topics, choose_topics
 from dloftbs.ros.topic_clock import TopicClock
 from dloftbs.sources.pixels import Kind
 from dloftbs.sources.source import Source, logger
@@ -50,6 +51,9 @@ class _Moment(NamedTuple):
     mask: _Item | None = None
 
 
+T = TypeVar("T")
+
+
 class BagSource(Source):
     """Images of a recording, with depth and mask of the same moment and the camera, in one pass over the file.
 
@@ -79,6 +83,9 @@ class BagSource(Source):
         Whether depth is looked for where none is named.
     tolerance_s : float
         Largest difference between the stamps of an image and its depth, or its mask.
+    keep_messages : bool
+        Whether frames carry the messages of all topics of ROS 2 (`RosFrame.recorded`), each exactly once, so that
+        `BagSink` can copy them: all but those of our own results. Where frames are made of these, none is kept.
 
     Attributes
     ----------
@@ -108,6 +115,7 @@ class BagSource(Source):
         fps: float | None = None,
         guess_depth: bool = True,
         tolerance_s: float = TOLERANCE_S,
+        keep_messages: bool = False,
     ) -> None:
         named = {"topic": topic, "depth_topic": depth_topic, "info_topic": info_topic, "mask_topic": mask_topic}
         for name, text in named.items():
@@ -117,6 +125,7 @@ class BagSource(Source):
             raise InputError("kind must be 'image' where masks have a topic of their own, got 'mask'")
         self.fps = None if fps is None else check_number("fps", fps, 1e-9, 1e9)
         check_flag("guess_depth", guess_depth)
+        check_flag("keep_messages", keep_messages)
         self._tolerance_s = check_number("tolerance_s", tolerance_s, 0.0, LONGEST_S)
         self._recording = Recording(path)
         self.name = str(path)
@@ -131,6 +140,11 @@ class BagSource(Source):
         except BaseException:
             self._recording.close()
             raise
+        self._kept: set[str] = set()
+        if keep_messages and not any(topic.name.startswith(OWN_TOPICS) for topic in self.topics.used):
+            self._kept = {topic.name for topic in self._recording.topics if not topic.name.startswith(OWN_TOPICS)}
+        if self._recording.is_ros1:
+            self._kept.clear()  # its messages are serialized otherwise
         for remark in self.topics.remarks:
             logger.warning("%s: %s", self.name, remark)
         self._said: set[str] = set()
@@ -203,10 +217,14 @@ class BagSource(Source):
 
     def _frames(self) -> Iterator[Frame]:
         topics, maker = self.topics, self._maker()
+        kept: list[RawMessage] = []
+        readable = self._readable(maker, kept)
         count = 0
         # A frame late, so that the last one takes what came after it.
-        for (image, depth, _), pixels in self._readable(maker):
+        for (image, depth, _), pixels in _one_late(readable) if self._kept else readable:
             count += 1
+            recorded = tuple(kept) if self._kept else None
+            kept.clear()
             yield maker.make(
                 image.message,
                 pixels,
@@ -215,6 +233,7 @@ class BagSource(Source):
                 stamp=image.time_ns / NS_PER_S if self.fps is None else image.index / self.fps,
                 stamp_ns=image.time_ns,
                 name=f"{self.name}:{topics.image.name}#{image.index}",
+                recorded=recorded,
             )
             if self._closed:
                 return
@@ -227,11 +246,11 @@ class BagSource(Source):
         if self.length is not None and count + self.skipped < self.length:
             self.skipped = self.length - count  # which the recording has said that it cannot be read to its end
 
-    def _readable(self, maker: FrameMaker) -> Iterator[tuple[_Moment, ImageAndMask]]:
-        """Yield what has an image that can be read."""
+    def _readable(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[tuple[_Moment, ImageAndMask]]:
+        """Yield what has an image that can be read, and add the messages that were come by to those that are kept."""
         wanted = self.topics.mask
         without = 0
-        for moment in self._with_camera(maker):
+        for moment in self._with_camera(maker, kept):
             mask = None if moment.mask is None else moment.mask.message
             if mask is None and wanted is not None:
                 without += 1
@@ -258,11 +277,11 @@ class BagSource(Source):
         self._said.add(reason)
         return is_new
 
-    def _with_camera(self, maker: FrameMaker) -> Iterator[_Moment]:
+    def _with_camera(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[_Moment]:
         """Yield images and what goes with them, the first ones only once the camera is known, if one is to come."""
         waiting: list[_Moment] = []
         waits = self.topics.info is not None
-        for moment in self._moments(maker):
+        for moment in self._moments(maker, kept):
             waits = waits and not maker.knows_camera and len(waiting) < WAITING
             waiting.append(moment)
             if not waits:
@@ -270,7 +289,7 @@ class BagSource(Source):
                 waiting.clear()
         yield from waiting
 
-    def _moments(self, maker: FrameMaker) -> Iterator[_Moment]:
+    def _moments(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[_Moment]:
         """Yield images with their depth and their mask, as far as these have topics."""
         depth, mask = self.topics.depth, self.topics.mask
         by_log = depth is not None and self._has_two_clocks()
@@ -281,7 +300,7 @@ class BagSource(Source):
         if mask is not None:
             masking = StampPairing(self._tolerance_s, WAITING_FOR_MASKS)
         images = 0
-        for name, log_ns, item in self._items(maker):
+        for name, log_ns, item in self._items(maker, kept):
             images += name == self.topics.image.name
             if masking is not None and mask is not None and name == mask.name:
                 yield from _masked(masking.add_partner(item.time_ns, item))
@@ -301,7 +320,7 @@ class BagSource(Source):
             if topic is not None and pairs_of is not None and images:
                 self._say_pairs(what, topic, pairs_of.least_gap_ns, pairs_of.tolerance_ns)
 
-    def _items(self, maker: FrameMaker) -> Iterator[tuple[str, int, _Item]]:
+    def _items(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[tuple[str, int, _Item]]:
         """Yield images, depths and masks as they come, with their topics and the times of the recording."""
         topics = self.topics
         offsets = (
@@ -312,7 +331,11 @@ class BagSource(Source):
         clocks = {topic.name: TopicClock(offset_ns) for topic, offset_ns in offsets if topic is not None}
         types = {topic.name: topic.type_name for topic in topics.used}
         index = -1
-        for raw in self._recording.messages(types.keys()):
+        for raw in self._recording.messages(self._kept | types.keys()):
+            if raw.topic in self._kept and raw.channel is not None:
+                kept.append(raw)
+            if raw.topic not in types:
+                continue
             is_image = raw.topic == topics.image.name
             index += is_image
             try:
@@ -370,3 +393,13 @@ def _with_mask(pairs: Iterable[Pair], masking: StampPairing[Pair, _Item] | None)
 def _masked(found: Iterable[tuple[Pair, _Item | None]]) -> Iterator[_Moment]:
     for pair, mask in found:
         yield _Moment(*pair, mask)
+
+
+def _one_late(items: Iterable[T]) -> Iterator[T]:
+    """Yield items, each after the next one was taken."""
+    waiting: deque[T] = deque()
+    for item in items:
+        waiting.append(item)
+        if len(waiting) > 1:
+            yield waiting.popleft()
+    yield from waiting

@@ -10,6 +10,7 @@ import numpy as np
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
+from dloftbs.ros.bag_file import RawMessage
 from dloftbs.ros.camera_messages import camera_of
 from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of, upper_bits
 from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, is_same_sensor, kind_of_reason, stamp_ns_of
@@ -19,6 +20,7 @@ from dloftbs.support.arrays import AnyArray, check_image, check_mask
 from dloftbs.support.values import (
     DEPTH_UNITS_M,
     MILLIMETRE_M,
+    check_all,
     check_flag,
     check_integer,
     check_number,
@@ -44,6 +46,8 @@ class RosFrame(Frame):
     stamp_ns : int, optional
         Time in the header, in nanoseconds; `stamp` has it in seconds, rounded to a float, except where the header does
         not follow the previous one (see `BagSource`).
+    recorded : tuple of RawMessage, optional
+        Messages of the recording that came since the frame before, whatever their topic; None where they were not kept.
 
     Raises
     ------
@@ -53,6 +57,7 @@ class RosFrame(Frame):
 
     frame_id: str = ""
     stamp_ns: int | None = None
+    recorded: tuple[RawMessage, ...] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -60,6 +65,8 @@ class RosFrame(Frame):
         if self.stamp_ns is not None:
             stamp_ns = check_integer("stamp_ns", self.stamp_ns, -_LARGEST_STAMP_NS, _LARGEST_STAMP_NS)
             set_fields(self, stamp_ns=stamp_ns)
+        if self.recorded is not None:
+            set_fields(self, recorded=check_all("recorded", self.recorded, RawMessage))
 
 
 class FrameMaker:
@@ -189,6 +196,7 @@ class FrameMaker:
         stamp: float | None = None,
         stamp_ns: int | None = None,
         name: str = "",
+        recorded: tuple[RawMessage, ...] | None = None,
     ) -> RosFrame:
         """Return a frame.
 
@@ -199,7 +207,7 @@ class FrameMaker:
             As `pixels` gave them.
         depth : sensor_msgs/Image or sensor_msgs/CompressedImage, optional
             A message that cannot be converted is left out with a warning.
-        index, name
+        index, name, recorded
             As `RosFrame` has them.
         stamp : float, optional
             Time in seconds in place of the message's.
@@ -226,6 +234,7 @@ class FrameMaker:
             depth_unit_m=self._depth_unit_m,
             frame_id=frame_id_of(image),
             stamp_ns=stamp_ns,
+            recorded=recorded,
         )
 
     def _depth(self, message: Any, image: Any, size: tuple[int, int]) -> AnyArray | None:

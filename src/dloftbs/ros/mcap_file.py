@@ -17,6 +17,7 @@ from dloftbs.ros.bag_file import (
     MAX_RECORD_BYTES,
     SCAN_BYTES,
     BagFile,
+    Channel,
     CutError,
     RawMessage,
     Topic,
@@ -54,7 +55,7 @@ class McapFile(BagFile):
         return tuple(
             Topic(
                 channel.topic,
-                ros2_name(reader.type_of(channel)),
+                ros2_name(reader.schema(channel)[0]),
                 None if counts is None else counts.get(number, 0),
                 "" if channel.message_encoding in _ENCODINGS else channel.message_encoding or "an unknown form",
             )
@@ -96,10 +97,10 @@ class _Reader:
         self.channels, self._schemas = summary.channels, summary.schemas
         return counts
 
-    def type_of(self, channel: Any) -> str:
-        """Return the type of a channel's messages."""
+    def schema(self, channel: Any) -> tuple[str, bytes, str]:
+        """Return the type of a channel's messages, its definition, and how that is written."""
         schema = self._schemas.get(channel.schema_id)
-        return "" if schema is None else str(schema.name)
+        return ("", b"", "") if schema is None else (schema.name, schema.data, schema.encoding)
 
     def messages(self, wanted: Collection[str], most_bytes: int | None = None) -> Iterator[RawMessage]:
         """Yield the messages of some topics; of the file, `most_bytes` are read.
@@ -155,7 +156,8 @@ class _Reader:
             message = self._mcap.Message.read(stream, length)
             channel = self.channels.get(message.channel_id)
             if channel is not None and channel.topic in wanted and channel.message_encoding in _ENCODINGS:
-                yield RawMessage(channel.topic, message.log_time, message.data)
+                times = message.log_time, message.data, message.publish_time, message.sequence
+                yield RawMessage(channel.topic, *times, self._recorded(channel))
 
     def _from_chunk(self, chunk: Any, is_whole: bool, wanted: Collection[str]) -> Iterator[RawMessage]:
         content, is_all = decompressed(chunk.compression, chunk.data, chunk.uncompressed_size)
@@ -165,3 +167,8 @@ class _Reader:
             is_all = False
         if is_whole and not is_all:
             raise CutError("a chunk is damaged")
+
+    def _recorded(self, channel: Any) -> Channel | None:
+        if channel.message_encoding != "cdr":
+            return None
+        return Channel(channel.topic, *self.schema(channel), tuple(channel.metadata.items()))

@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from dloftbs.camera import CameraLike, DepthRegistration, PinholeCamera, as_camera
 from dloftbs.errors import DloftbsError, InputError, SourceError
+from dloftbs.sources.animations import AnimationSource, open_animation
 from dloftbs.sources.cameras import camera_index
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.look_alikes import warn_of_labels
@@ -32,13 +33,15 @@ from dloftbs.sources.pixels import Kind, check_kind
 from dloftbs.sources.recordings import is_recording
 from dloftbs.sources.source import Source
 from dloftbs.sources.stacks import STACK_EXTENSIONS, ArraySource, from_array, from_file
+from dloftbs.sources.standard_input import STANDARD_INPUT, open_standard_input
 from dloftbs.sources.tiff_stack import PageSource, open_pages
 from dloftbs.sources.unreadable import check_format
 from dloftbs.sources.video import LiveSource, VideoSource
 from dloftbs.support.array_likes import as_pixels, is_array_like
-from dloftbs.support.values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_number, check_path, shown
+from dloftbs.support.values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, check_path, shown
 
 __all__ = [
+    "AnimationSource",
     "ArraySource",
     "FileSource",
     "LiveSource",
@@ -75,23 +78,25 @@ def open(
     depth_topic: str | None = None,
     info_topic: str | None = None,
     mask_topic: str | None = None,
+    keep_messages: bool = False,
 ) -> Source:
     """Open whatever frames come from.
 
     Parameters
     ----------
     where : str, path, int, numpy.ndarray or sequence of paths
-        An image file, a folder or a glob of such (in natural order: img2 before img10), a TIFF of several pages
-        by itself, a video file, a .npy or .npz file, the address of a stream (``"rtsp://..."``), the index of a
-        camera (0, ``"0"``) or its device (``"/dev/video0"``). An array, of whatever library, is a stack of
-        images (N, H, W, 3), uint8, BGR, or of masks (N, H, W), (N, 1, H, W) or (N, H, W, 1), bool, integer or a
-        probability in 0..1. A .npz holds `images`, `masks` or `instances`, and may hold `depth` and `occluders`
-        (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter with `distortion` and
-        `distortion_model` as `PinholeCamera` has them.
+        An image file, a folder or a glob of such (in natural order: img2 before img10), an animated PNG, WebP, AVIF or
+        a TIFF of several pages by itself, a video file, a .npy or .npz file, the address of a stream
+        (``"rtsp://..."``), the index of a camera (0, ``"0"``) or its device (``"/dev/video0"``). ``"-"`` is an image,
+        an animation, a TIFF, a .npy or a .npz file on standard input, which is read into memory as a whole. An array,
+        of whatever library, is a stack of images (N, H, W, 3), uint8, BGR, or of masks (N, H, W), (N, 1, H, W) or
+        (N, H, W, 1), bool, integer or a probability in 0..1. A .npz holds `images`, `masks` or `instances`, and may
+        hold `depth` and `occluders` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter
+        with `distortion` and `distortion_model` as `PinholeCamera` has them.
     kind : {"auto", "image", "mask", "auto_image"}
         Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, in which any
-        non-zero is cable; other files, videos and cameras are images; arrays are what their shape or key
-        says. In masks from JPEG, lossy WebP and video, cable begins at half brightness, since their codecs ring
+        non-zero is cable; other files, videos, animations and cameras are images; arrays are what their shape or key
+        says. In masks from JPEG, AVIF, lossy WebP and video, cable begins at half brightness, since their codecs ring
         around edges. In PNG files of indexed colour that are masks, index 0 is ground, any other cable, whatever their
         colours; with "auto" they are masks if index 0 is black and the most frequent of at most 32 in the image, as
         labels have it, or if all colours are grey. "auto_image": as "auto", but files and arrays of one channel are
@@ -102,7 +107,7 @@ def open(
         ``"../depth/{stem}.npy"``, relative to the folder of each colour file. Files are 16-bit or floating-point
         images, or .npy (H, W). Where one is missing or cannot be read, there is a warning, and the frame goes without.
     masks : str or path, optional
-        Masks to go with images, in the same ways, or as any video; the key in a .npz file is `masks`.
+        Masks to go with images, in the same ways, or as any video or animation; the key in a .npz file is `masks`.
     occluders : str or path, optional
         Masks of what may hide cables, in the same ways as `masks` (see `Frame`); the key in a .npz file is `occluders`.
     instances : str or path, optional
@@ -132,6 +137,9 @@ def open(
     mask_topic : str, optional
         Topic of the masks of a recording's images, paired with them by stamp, as a segmenter publishes them. Images
         without a mask are left out. A recording of masks alone is read by `topic`, with `kind="mask"`.
+    keep_messages : bool
+        Frames of a recording of ROS 2 carry the messages of all of its topics, for a `dloftbs.ros.BagSink` that copies
+        its input. Makes no difference to other frames.
 
     Returns
     -------
@@ -147,6 +155,7 @@ def open(
         where a video has to be read to count its frames, there is a warning at its end.
     """
     _check_options(kind, masks, fps, jobs)
+    check_flag("keep_messages", keep_messages)
     _check_paths(where, depth, masks, occluders, instances)
     camera, registration = _cameras(camera, registration)
     if depth_unit_m is None:
@@ -179,7 +188,9 @@ def open(
         opening = _Opening(kind, camera, fps, rules, own_registration, depth_unit_m, jobs, upright)
         source = _open_recorded(where, opening)
     else:
-        source = _open_ros(recording, topics, kind, camera, own_registration, depth_unit_m, fps, depth is None)
+        source = _open_ros(
+            recording, topics, kind, camera, own_registration, depth_unit_m, fps, depth is None, keep_messages
+        )
     if registration is not None and depth is None and not source.has_depth:
         source.close()
         raise InputError("a registration needs depth to be registered; there is none")
@@ -220,6 +231,7 @@ def _open_ros(
     depth_unit_m: float,
     fps: float | None,
     guess_depth: bool,
+    keep_messages: bool,
 ) -> Source:
     from dloftbs.ros import BagSource
 
@@ -235,6 +247,7 @@ def _open_ros(
         depth_unit_m=depth_unit_m,
         fps=fps,
         guess_depth=guess_depth,
+        keep_messages=keep_messages,
     )
 
 
@@ -270,9 +283,11 @@ def _pair(
 
 
 def _open_recorded(where: Where, given: _Opening) -> Source:
-    kind, camera, fps, _, _, _, jobs, upright = given
+    kind, camera, fps, _, registration, depth_unit_m, jobs, upright = given
     if isinstance(where, np.ndarray):
         return from_array(where, "array", kind, camera, fps)
+    if isinstance(where, str) and where == STANDARD_INPUT:
+        return open_standard_input(kind, camera, fps, registration, depth_unit_m, upright)
     if isinstance(where, (str, os.PathLike)):
         return _open_path(Path(os.path.expanduser(where)), given)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
@@ -288,6 +303,9 @@ def _open_path(path: Path, given: _Opening) -> Source:
     if is_glob(str(path)) or os.path.isdir(path):
         return _open_folder(str(path), given)
     _check_exists(path)
+    animation = open_animation(path, kind=kind, camera=camera, fps=fps)
+    if animation is not None:
+        return animation
     pages = open_pages(path, kind=kind, camera=camera, fps=fps, upright=upright)
     if pages is not None:
         return pages

@@ -13,13 +13,13 @@ from pathlib import Path
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
-from dloftbs.sources.image_header import is_image
+from dloftbs.sources.image_header import AVIF_HEAD, is_avif_sequence, is_image
 from dloftbs.sources.picture_stream import PictureStream
 from dloftbs.sources.pixels import Kind, Picture, read_picture
 from dloftbs.sources.source import logger
 from dloftbs.support.overlap import in_order
 
-IMAGE_EXTENSIONS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pbm", ".pgm", ".ppm")
+IMAGE_EXTENSIONS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".avif", ".pbm", ".pgm", ".ppm")
 
 _BEGIN_BYTES = 32
 """Bytes by which an image file is known."""
@@ -102,17 +102,20 @@ def check_place(path: Path, missing: str) -> None:
     if not os.path.exists(path):
         raise SourceError(missing)
     if not (os.path.isfile(path) or os.path.isdir(path)):
-        raise SourceError(f"{str(path)!r} is a pipe, a socket or a device, and no file")
+        raise SourceError(f"{str(path)!r} is a pipe, a socket or a device, and no file; standard input is '-'")
 
 
 def is_image_file(path: Path) -> bool:
-    """Return whether a file is an image, by its name or by how it begins."""
+    """Return whether a file is one image or an animation of them, by its name or by how it begins.
+
+    An AVIF file of several images is a video.
+    """
     try:
         with path.open("rb") as file:
-            begin = file.read(_BEGIN_BYTES)
+            begin = file.read(AVIF_HEAD)
     except OSError:  # which comes again where it is read
         begin = b""
-    return path.suffix.lower() in IMAGE_EXTENSIONS or is_image(begin)
+    return not is_avif_sequence(begin) and (path.suffix.lower() in IMAGE_EXTENSIONS or is_image(begin[:_BEGIN_BYTES]))
 
 
 def natural_key(path: Path) -> tuple[list[tuple[int, str]], str]:

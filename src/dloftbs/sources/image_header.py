@@ -1,13 +1,15 @@
-"""Headers of image files: the size, for which a decoder makes room, and the kind of compression.
+"""Headers of image files: the size, for which a decoder makes room; the kind of compression; the frames of animations.
 
 All formats of `dloftbs.sources.image_files.IMAGE_EXTENSIONS` are known, and PFM.
 """
 
 from __future__ import annotations
 
+import io
 import re
 import struct
 from collections.abc import Callable, Iterator
+from typing import IO
 
 from dloftbs.sources.tiff_pages import COMPRESSION, JPEG_COMPRESSIONS, first_page, is_tiff
 
@@ -15,16 +17,24 @@ PNG = b"\x89PNG\r\n\x1a\n"
 """Start of every PNG file."""
 JPEG = b"\xff\xd8\xff"
 """Start of every JPEG file."""
-FORMATS = "PNG, JPEG, BMP, TIFF, WebP, PBM, PGM, PPM or PFM"
+FORMATS = "PNG, JPEG, BMP, TIFF, WebP, AVIF, PBM, PGM, PPM or PFM"
 
 _PNM_BEGIN = re.compile(rb"P[1-6Ff](?:\s|#)")
 _PNM = re.compile(rb"P[1-6Ff](?:\s|#[^\r\n]*[\r\n])+([0-9]{1,9})(?:\s|#[^\r\n]*[\r\n])+([0-9]{1,9})\s")
-_JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 """JPEG's markers of frames; the others in between begin tables, an extension and conditions of coding."""
 _ALONE = {0x01, *range(0xD0, 0xD9)}
 """JPEG's markers without a segment."""
-_ANIMATED_HEAD = 1024
-"""Bytes in which an animation says that it is one; only a profile of colours stands before."""
+AVIF_HEAD = 256
+"""Bytes in which the brands of an AVIF file are looked for; libavif writes at most ten."""
+_AVIF_SIZE = re.compile(rb"\0\0\0\x14ispe.{4}(.{8})", re.DOTALL)
+"""Property that states a width and a height: a box of 20 bytes, ISO/IEC 23008-12."""
+_WEBP_ANIMATED = 0x02
+"""Flag of animations in WebP's extended header."""
+_WEBP_FRAME_HEADER = 16
+"""Bytes before the pixels' chunks in a frame of an animated WebP."""
+_APNG_PARTS = 100
+"""Parts of a second in which APNG counts where it states 0."""
 
 
 def read_size(data: bytes) -> tuple[int, int] | None:
@@ -32,6 +42,8 @@ def read_size(data: bytes) -> tuple[int, int] | None:
 
     Of a TIFF with tiles larger than itself, the size of a tile.
     """
+    if is_avif(data):
+        return _avif(data)
     for begins, read in _READERS.items():
         if data.startswith(begins):
             try:
@@ -51,22 +63,72 @@ def is_image(begin: bytes) -> bool:
 def is_lossy(data: bytes) -> bool:
     """Return whether the pixels went through a codec that rings around edges.
 
-    That is JPEG, also within a TIFF, and WebP that is not lossless.
+    That is JPEG, also within a TIFF, AVIF, and WebP that is not lossless.
     """
-    if data.startswith(JPEG):
+    if data.startswith(JPEG) or is_avif(data):
         return True
     if is_tiff(data):
         page = first_page(data)
         return page is not None and page.tags.get(COMPRESSION) in JPEG_COMPRESSIONS
     if not is_webp(data):
         return False
-    return any(kind == b"VP8 " for kind, _, _ in webp_chunks(data, 12, len(data)))
+    for kind, at, size in webp_chunks(data, 12, len(data)):
+        if kind == b"ANMF":  # the first frame speaks for all
+            inner = webp_chunks(data, at + 8 + _WEBP_FRAME_HEADER, at + 8 + size)
+            return any(name == b"VP8 " for name, _, _ in inner)
+        if kind in (b"VP8 ", b"VP8L"):
+            return kind == b"VP8 "
+    return False
 
 
-def is_animated(data: bytes) -> bool:
-    """Return whether a file is an animated PNG or WebP."""
-    begin = data[:_ANIMATED_HEAD]
-    return (begin.startswith(PNG) and b"acTL" in begin) or (is_webp(begin) and b"ANIM" in begin)
+def is_avif(data: bytes) -> bool:
+    """Return whether this is an AVIF file, of one image or of several."""
+    return data[4:8] == b"ftyp" and any(brand in _brands(data) for brand in (b"avif", b"avis"))
+
+
+def is_avif_sequence(data: bytes) -> bool:
+    """Return whether this is an AVIF file of several images; its first bytes are enough."""
+    return is_avif(data) and b"avis" in _brands(data)
+
+
+def is_animated(file: IO[bytes]) -> bool:
+    """Return whether an open file is an animated PNG or WebP, as its header says; its pixels are not read."""
+    begin = file.read(21)
+    if is_webp(begin):
+        return begin[12:16] == b"VP8X" and len(begin) == 21 and bool(begin[20] & _WEBP_ANIMATED)
+    if not begin.startswith(PNG):
+        return False
+    at = len(PNG)
+    while True:
+        file.seek(at)
+        head = file.read(8)
+        if len(head) < 8:
+            return False
+        if head[4:] in (b"acTL", b"IDAT"):
+            return head[4:] == b"acTL"
+        at += 12 + int.from_bytes(head[:4], "big")
+
+
+def read_durations(data: bytes) -> tuple[float, ...]:
+    """Return how long each frame of an animated PNG or WebP is shown, in seconds; nothing for any other file."""
+    if data.startswith(PNG):
+        return tuple(_apng_durations(data))
+    if is_animated(io.BytesIO(data)):
+        frames = (at for kind, at, size in webp_chunks(data, 12, len(data)) if kind == b"ANMF")
+        return tuple(int.from_bytes(data[at + 20 : at + 23], "little") / 1000 for at in frames)
+    return ()
+
+
+def _apng_durations(data: bytes) -> Iterator[float]:
+    animated = False
+    for kind, at, size in png_chunks(data):
+        if kind == b"acTL":
+            animated = True
+        elif kind == b"IDAT" and not animated:
+            return  # a still image, which says so before its pixels
+        elif kind == b"fcTL" and animated and size == 26:
+            parts, per_second = struct.unpack_from(">HH", data, at + 28)
+            yield parts / (per_second or _APNG_PARTS)
 
 
 def png_chunks(data: bytes) -> Iterator[tuple[bytes, int, int]]:
@@ -109,8 +171,13 @@ def _png(data: bytes) -> tuple[int, int] | None:
 
 
 def _jpeg(data: bytes) -> tuple[int, int] | None:
-    frames = (at for marker, at, _ in jpeg_segments(data) if marker in _JPEG_FRAMES)
-    return next((struct.unpack_from(">HH", data, at + 1) for at in frames), None)
+    frame = jpeg_frame(data)
+    return None if frame is None else struct.unpack_from(">HH", data, frame[1] + 1)
+
+
+def jpeg_frame(data: bytes) -> tuple[int, int] | None:
+    """Return the marker of a JPEG's frame, which says the process of coding, and where its content begins."""
+    return next(((marker, at) for marker, at, _ in jpeg_segments(data) if marker in JPEG_FRAMES), None)
 
 
 def jpeg_segments(data: bytes) -> Iterator[tuple[int, int, int]]:
@@ -157,6 +224,19 @@ def _webp(data: bytes) -> tuple[int, int] | None:
         return (bits >> 14 & 0x3FFF) + 1, (bits & 0x3FFF) + 1
     columns, rows = struct.unpack_from("<I", data, 24)[0] & 0xFFFFFF, struct.unpack_from("<I", data, 26)[0] >> 8
     return rows + 1, columns + 1
+
+
+def _brands(data: bytes) -> set[bytes]:
+    """Return the brands of an ISO file, of which 16 bytes of its first box are not one: its head, and a version."""
+    box = data[: int.from_bytes(data[:4], "big")]
+    return {box[at : at + 4] for at in (8, *range(16, min(len(box), AVIF_HEAD), 4))}
+
+
+def _avif(data: bytes) -> tuple[int, int] | None:
+    """Return the largest size that a property of an image states: of the image, or of its thumbnails and tiles."""
+    sizes = [struct.unpack(">II", found[1]) for found in _AVIF_SIZE.finditer(data)]
+    columns, rows = max(sizes, key=lambda size: size[0] * size[1], default=(0, 0))
+    return (rows, columns) if sizes else None
 
 
 def _pnm(data: bytes) -> tuple[int, int] | None:

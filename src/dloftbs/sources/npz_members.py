@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import zipfile
-from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
 from dloftbs.errors import SourceError
 from dloftbs.sources.pixels import MAX_PIXELS, AnyArray
-from dloftbs.support.npy import BROKEN, NpyHeader, open_member, opened, read_members
+from dloftbs.support.npy import BROKEN, File, NpyHeader, open_member, opened, read_members
 
 _MAX_WHOLE = 64 << 20
 """Bytes of an array that is read whole: stamps of three days at 30 frames per second."""
@@ -25,7 +24,7 @@ class NpzMember:
 
     Parameters
     ----------
-    file : Path
+    file : File
     key : str
 
     Raises
@@ -34,7 +33,7 @@ class NpzMember:
         If the array is corrupt, holds Python objects, or is stored in Fortran order.
     """
 
-    def __init__(self, file: Path, key: str) -> None:
+    def __init__(self, file: File, key: str) -> None:
         self._file = file
         self._key = key
         self._stream: IO[bytes] | None = None
@@ -93,7 +92,7 @@ class NpzMember:
         return SourceError(f"{self._file}: the array {self._key!r} cannot be read: {why}")
 
 
-def read_whole(file: Path, keys: tuple[str, ...]) -> tuple[list[str], dict[str, AnyArray]]:
+def read_whole(file: File, keys: tuple[str, ...]) -> tuple[list[str], dict[str, AnyArray]]:
     """Return the names of all arrays of an archive, and those of `keys` that it has, whole: for small ones.
 
     Raises

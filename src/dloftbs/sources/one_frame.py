@@ -14,6 +14,7 @@ from dloftbs.sources.naming_rules import is_rule, partner_of
 from dloftbs.sources.object_files import object_reads
 from dloftbs.sources.pairing import What, read_partner
 from dloftbs.sources.pixels import AnyArray, Kind
+from dloftbs.sources.standard_input import STANDARD_INPUT
 from dloftbs.support.values import shown
 
 
@@ -29,11 +30,11 @@ def read_frame(where: str | os.PathLike[str], kind: Kind = "auto") -> Frame:
     """
     text = os.fsdecode(where)
     remedy = f"track({shown(text)}) follows a stream, and sources.open reads it frame by frame"
-    if not os.path.isfile(os.path.expanduser(text)):
+    if text != STANDARD_INPUT and not os.path.isfile(os.path.expanduser(text)):
         if os.path.exists(os.path.expanduser(text)) or "://" in text or text.isdecimal():
             raise InputError(f"expected the file of one picture, got {shown(text)}; {remedy}")
         raise SourceError(f"there is no file {shown(text)}")
-    with sources.open(Path(text), kind=kind) as source:
+    with sources.open(text if text == STANDARD_INPUT else Path(text), kind=kind) as source:
         frames = list(islice(source, 2))
     if len(frames) > 1:
         raise InputError(f"expected the file of one picture, and {shown(text)} holds several; {remedy}")

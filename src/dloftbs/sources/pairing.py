@@ -15,6 +15,7 @@ from dloftbs.camera import DepthRegistration
 from dloftbs.data.frame import Frame
 from dloftbs.data.instance_labels import Size
 from dloftbs.errors import InputError, SourceError
+from dloftbs.sources.animations import open_animation
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, partner_of
 from dloftbs.sources.npz_members import NpzMember, read_whole
@@ -242,8 +243,9 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     where : str
         A naming rule such as ``"{stem}_depth.png"``, relative to the folder of each colour file; a folder or a glob; an
         image file, of several pages if it is a TIFF; a .npy file (N, H, W) or (H, W); a .npz file with the array
-        "depth", "masks", "occluders" or "instances"; a video, for depth with one channel of 16 bits. For all but
-        depth also a rule with wildcards, and files of annotations (`object_reads`).
+        "depth", "masks", "occluders" or "instances"; a video, for depth with one channel of 16 bits, for masks and
+        occluders also an animation. For all but depth also a rule with wildcards, and files of annotations
+        (`object_reads`).
     beside : sequence of Path or None
         The colour files, None where the source is something else.
 
@@ -280,10 +282,11 @@ def _open_file(what: What, where: str, path: Path) -> Partner:
     check_format(path)
     if what == "instances" and not is_image_file(path):
         raise SourceError(f"{path}: instances must be image files, annotations, .npy or .npz, not a video")
-    if is_image_file(path):
+    animation = open_animation(path, kind="mask")
+    if animation is None and is_image_file(path):
         return _files(what, [path])
-    video = VideoSource(path, kind="mask")
-    if what == "depth" and not video.holds_counts:
+    video = animation or VideoSource(path, kind="mask")
+    if what == "depth" and not (isinstance(video, VideoSource) and video.holds_counts):
         video.close()
         raise SourceError(
             f"{path}: depth in a video must have one channel of 16 bits (gray16le, as FFV1 keeps it); it may also be a "

@@ -1,4 +1,4 @@
-"""A video beside other frames, decoded in step with them."""
+"""A video or an animation beside other frames, decoded in step with them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dloftbs.support.arrays import AnyArray
 
 
 class StreamPartner:
-    """Masks or depth of a video, that of each frame by its index.
+    """Masks or depth of a video or an animation, that of each frame by its index.
 
     Parameters
     ----------

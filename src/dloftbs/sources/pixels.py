@@ -11,14 +11,25 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sources.image_header import JPEG, PNG, is_animated, is_lossy, png_is_cut, read_size
+from dloftbs.sources.alpha_channel import LEFT_OUT, alpha_of_grey_tiff, is_one_colour, may_have_alpha, split, telling
+from dloftbs.sources.avif import decode_avif
+from dloftbs.sources.image_header import (
+    JPEG,
+    PNG,
+    is_avif,
+    is_avif_sequence,
+    is_lossy,
+    png_is_cut,
+    read_durations,
+    read_size,
+)
 from dloftbs.sources.indexed_colour import as_grey, holds_labels, indices_of, is_indexed
 from dloftbs.sources.orientation import AS_STORED, read_orientation, turned
 from dloftbs.sources.source import logger
 from dloftbs.sources.tiff_pages import as_stored, is_tiff, pages_of
 from dloftbs.sources.unreadable import is_refused, why_unreadable
 from dloftbs.support.arrays import check_mask
-from dloftbs.support.npy import BROKEN, open_mapped, opened
+from dloftbs.support.npy import BROKEN, File, open_mapped, opened
 from dloftbs.support.values import shown
 
 AnyArray = npt.NDArray[Any]
@@ -112,8 +123,10 @@ def read_picture(path: Path, kind: Kind, *, upright: bool = False) -> Picture:
 
 def first_of_many(data: bytes) -> tuple[str, ...]:
     """Return a remark where a file holds more than the picture that is read."""
-    if is_animated(data):
-        return ("only the first of its frames is read; save an animation as a video",)
+    if is_avif_sequence(data):
+        return ("only the first of its frames is read; an animation is a stream by itself",)
+    if (frames := len(read_durations(data))) > 1:
+        return (f"only the first of its {frames} frames is read; an animation is a stream by itself",)
     if (pages := len(pages_of(data).frames)) > 1:
         return (f"only the first of its {pages} pages is read; a TIFF of several pages is a stream by itself",)
     return ()
@@ -122,7 +135,7 @@ def first_of_many(data: bytes) -> tuple[str, ...]:
 def decode_picture(data: bytes, kind: Kind, *, upright: bool = False) -> Picture:
     """Decode the bytes of an image file as `image_or_mask` says.
 
-    In a mask from a lossy codec, cable begins at half brightness. In a PNG of indexed colour that is a mask,
+    In a mask from a lossy codec, cable begins at half brightness. In a PNG or TIFF of indexed colour that is a mask,
     the indices count; "auto" takes one for a mask if it holds labels (`holds_labels`), or colours that are all grey.
 
     Parameters
@@ -154,9 +167,11 @@ def _decoded(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None,
         if kind == "mask" or holds_labels(data, indices) or _is_grey(decode(data)):
             return None, indices, ()
         kind = "image"
-    pixels = decode(data)
-    image, mask = image_or_mask(pixels, kind, lossy=is_lossy(data))
-    return image, mask, (_NO_GROUND,) if mask is not None and _lacks_ground(pixels) else ()
+    pixels, alpha = _with_alpha(data)
+    image, mask = image_or_mask(pixels, kind, lossy=is_lossy(data), alpha=alpha)
+    if mask is not None:
+        return None, mask, (_NO_GROUND,) if alpha is None and _lacks_ground(pixels) else ()
+    return image, None, (LEFT_OUT,) if telling(pixels, alpha) is not None else ()
 
 
 def _lacks_ground(pixels: AnyArray) -> bool:
@@ -167,7 +182,7 @@ def _lacks_ground(pixels: AnyArray) -> bool:
     return bool(np.bincount(some.ravel()).max(initial=0) < _MIN_GROUND * some.size)
 
 
-def load_npy(path: Path) -> AnyArray:
+def load_npy(file: File) -> AnyArray:
     """Map a .npy file into memory, read-only; no pixel is read before it is looked at.
 
     Raises
@@ -176,13 +191,13 @@ def load_npy(path: Path) -> AnyArray:
         If the file cannot be read, is cut off, or holds Python objects.
     """
     try:
-        if zipfile.is_zipfile(opened(path)):
-            raise SourceError(f"{path}: is an archive of arrays; name it .npz")
-        return open_mapped(path)
+        if zipfile.is_zipfile(opened(file)):
+            raise SourceError(f"{file}: is an archive of arrays; name it .npz")
+        return open_mapped(file)
     except SourceError:
         raise
     except BROKEN as error:
-        raise SourceError(f"{path}: cannot be read as a .npy file: {error}") from error
+        raise SourceError(f"{file}: cannot be read as a .npy file: {error}") from error
 
 
 def read_pixels(path: Path) -> AnyArray:
@@ -228,14 +243,32 @@ def decode(data: bytes) -> AnyArray:
     """
     import cv2
 
-    as_it_is = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
+    return _decode(data, cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION)
+
+
+def _with_alpha(data: bytes) -> tuple[AnyArray, AnyArray | None]:
+    """Decode the bytes of an image file as `decode` does, and its alpha channel (H, W) if it has one."""
+    import cv2
+
     check_header(data)
+    if not may_have_alpha(data):
+        return decode(data), None
+    pixels, alpha = split(_decode(data, cv2.IMREAD_UNCHANGED))
+    return pixels, alpha_of_grey_tiff(data) if alpha is None else alpha
+
+
+def _decode(data: bytes, flags: int) -> AnyArray:
+    import cv2
+
+    check_header(data)
+    if is_avif(data):
+        return decode_avif(data, MAX_PIXELS)
     if data.startswith(PNG) and png_is_cut(data):  # OpenCV makes room for it, up to 2 GB, and fails then
         raise SourceError(f"cannot be decoded as an image: the PNG is cut off after {len(data)} bytes")
     if is_tiff(data):  # which OpenCV turns whatever the flags say
         data = as_stored(data)
     try:
-        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), as_it_is)
+        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except cv2.error as error:
         raise SourceError(f"cannot be decoded as an image: {error.err}") from error
     if pixels is None:
@@ -263,7 +296,7 @@ def check_header(data: bytes) -> tuple[int, int]:
 
 
 def read_indices(data: bytes) -> AnyArray:
-    """Return the indices (H, W) of an indexed PNG."""
+    """Return the indices (H, W) of an indexed PNG or TIFF."""
     return indices_of(data, decode(as_grey(data)))
 
 
@@ -279,8 +312,12 @@ def check_pixels(rows: int, columns: int) -> None:
         raise SourceError(f"must have at most {MAX_PIXELS} pixels, got {columns} x {rows}")
 
 
-def image_or_mask(pixels: AnyArray, kind: Kind, *, lossy: bool) -> tuple[AnyArray | None, AnyArray | None]:
+def image_or_mask(
+    pixels: AnyArray, kind: Kind, *, lossy: bool, alpha: AnyArray | None = None
+) -> tuple[AnyArray | None, AnyArray | None]:
     """Return ``(image, None)`` or ``(None, mask)``.
+
+    An alpha channel is the mask where all pixels have one colour (`is_one_colour`). An opaque one is ignored.
 
     Parameters
     ----------
@@ -289,15 +326,33 @@ def image_or_mask(pixels: AnyArray, kind: Kind, *, lossy: bool) -> tuple[AnyArra
         "auto" takes one channel, or channels that are all equal, for a mask.
     lossy : bool
         In 8-bit masks, cable begins at half brightness rather than at 1.
+    alpha : numpy.ndarray, shape (H, W), optional
+        The alpha channel.
 
     Raises
     ------
     SourceError
-        If the pixels do not suit the kind.
+        If the pixels do not suit the kind, or the alpha channel of a mask is another mask.
     """
+    alpha = telling(pixels, alpha)
+    if alpha is not None and kind != "image" and is_one_colour(pixels, alpha):
+        return None, _to_mask(alpha, lossy=lossy)
     if kind == "image" or (kind == "auto" and not _is_grey(pixels)):
         return _to_image(pixels), None
-    return None, _to_mask(pixels, lossy=lossy)
+    mask = _to_mask(pixels, lossy=lossy)
+    if alpha is not None:
+        _check_alike(mask, _to_mask(alpha, lossy=lossy))
+    return None, mask
+
+
+def _check_alike(colour: AnyArray, alpha: AnyArray) -> None:
+    """Refuse a mask in the colours and another one in the alpha channel."""
+    if np.array_equal(colour != 0, alpha != 0):
+        return
+    raise SourceError(
+        f"its colours and its alpha channel are two different masks, of {np.count_nonzero(colour)} and "
+        f"{np.count_nonzero(alpha)} pixels; save the right one alone, as a grey image"
+    )
 
 
 def _to_mask(pixels: AnyArray, *, lossy: bool) -> AnyArray:

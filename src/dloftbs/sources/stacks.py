@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +14,7 @@ from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.pixels import GREY_AS_IMAGE, AnyArray, Kind, image_or_mask, load_npy
 from dloftbs.sources.source import Source
 from dloftbs.support.arrays import check_mask, plane_of
+from dloftbs.support.npy import File, InMemory, is_npy
 from dloftbs.support.values import MILLIMETRE_M
 
 Stack = AnyArray | NpzMember
@@ -193,7 +193,7 @@ def from_array(array: AnyArray, name: str, kind: Kind, camera: PinholeCamera | N
 
 
 def from_file(
-    file: Path,
+    file: File,
     kind: Kind,
     camera: PinholeCamera | None,
     fps: float | None,
@@ -202,21 +202,27 @@ def from_file(
 ) -> ArraySource:
     """Open a .npy file as `from_array`, or a .npz file with the arrays of `NPZ_KEYS`; an explicit camera comes first.
 
+    On disk the suffix distinguishes them, in memory the content.
+
     Raises
     ------
     SourceError
         If the file is corrupt or does not hold what it should.
     """
     try:
-        if file.suffix.lower() == ".npy":
+        if _is_npy(file):
             return from_array(load_npy(file), file.name, kind, camera, fps)
         return _from_npz(file, kind, camera, fps, registration, depth_unit_m)
     except InputError as error:
         raise SourceError(f"{file}: {error}") from error
 
 
+def _is_npy(file: File) -> bool:
+    return is_npy(file.data) if isinstance(file, InMemory) else file.suffix.lower() == ".npy"
+
+
 def _from_npz(
-    file: Path,
+    file: File,
     kind: Kind,
     camera: PinholeCamera | None,
     fps: float | None,

@@ -8,8 +8,11 @@ from typing import NamedTuple
 
 from dloftbs.errors import SourceError
 
-NEW_SUBFILE_TYPE, WIDTH, LENGTH, COMPRESSION, ORIENTATION = 254, 256, 257, 259, 274
-TILE_WIDTH, TILE_LENGTH, DNG_VERSION = 322, 323, 50706
+WIDTH, LENGTH, COMPRESSION, PHOTOMETRIC, ORIENTATION, SAMPLES = 256, 257, 259, 262, 274, 277
+PLANAR, TILE_WIDTH, TILE_LENGTH, SAMPLE_FORMAT, DNG_VERSION = 284, 322, 323, 339, 50706
+NEW_SUBFILE_TYPE, BITS, COLOUR_MAP = 254, 258, 320
+INDEXED = 3
+"""Value of `PHOTOMETRIC` for indexed colour; 1 is grey."""
 JPEG_COMPRESSIONS = (6, 7)
 """Values of `COMPRESSION` for JPEG, in the old way and the new one."""
 
@@ -21,6 +24,8 @@ _VALUES = {1: "B", 3: "H", 4: "I", 6: "b", 8: "h", 9: "i", 16: "Q", 17: "q"}
 """Types of whole numbers, as `struct` names them."""
 _SIDES = {WIDTH: 1, TILE_WIDTH: 1, LENGTH: 0, TILE_LENGTH: 0}
 """Axis of the size that a tag gives, of the image and of its tiles, which are all decoded whole."""
+_COLOURS = {0: 1, 1: 1, 2: 3, INDEXED: 1, 6: 3}
+"""Channels of colour by `PHOTOMETRIC`: grey, RGB, indices, YCbCr."""
 _NO_FRAME = 0b101
 """Bits of `NEW_SUBFILE_TYPE` for a smaller copy of another page, and for the transparency of one."""
 _MAX_ENTRIES = 0xFFFF
@@ -50,6 +55,12 @@ class Page(NamedTuple):
     def is_frame(self) -> bool:
         """True for a picture of its own."""
         return not self.tags.get(NEW_SUBFILE_TYPE, 0) & _NO_FRAME
+
+    @property
+    def has_alpha(self) -> bool:
+        """True where there is one channel more than colours."""
+        colours = _COLOURS.get(self.tags.get(PHOTOMETRIC, 1))
+        return colours is not None and self.tags.get(SAMPLES, 1) == colours + 1
 
 
 def is_tiff(data: bytes) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import io
 import math
 import os
 import re
@@ -34,17 +35,31 @@ _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """Those that numpy writes; others unpack to any multiple of their size."""
 
 
-def opened(path: Path) -> Path:
-    """Return a path that `zipfile` opens.
+class InMemory(NamedTuple):
+    """A file that was read from somewhere else than the disk, with the name that messages give it."""
+
+    name: str
+    data: bytes
+
+    def __str__(self) -> str:
+        return self.name
+
+
+File = Path | InMemory
+"""A file on disk or in memory."""
+
+
+def opened(file: File) -> Path | IO[bytes]:
+    """Return what `zipfile` opens as the file.
 
     Raises
     ------
     OSError
         If it is a pipe, whose reading would wait for a writer, a socket or a device.
     """
-    if os.path.exists(path) and not os.path.isfile(path):
+    if isinstance(file, Path) and os.path.exists(file) and not os.path.isfile(file):
         raise OSError("it is no file")
-    return path
+    return io.BytesIO(file.data) if isinstance(file, InMemory) else file
 
 
 class NpyHeader(NamedTuple):
@@ -109,7 +124,7 @@ def read_header(stream: IO[bytes], size: int) -> NpyHeader:
     return header
 
 
-def open_mapped(path: Path) -> npt.NDArray[Any]:
+def open_mapped(file: File) -> npt.NDArray[Any]:
     """Map a .npy file into memory, read-only; no value is read before it is looked at.
 
     Raises
@@ -117,9 +132,12 @@ def open_mapped(path: Path) -> npt.NDArray[Any]:
     OSError, ValueError
         If it cannot be read; and what else is in `BROKEN`.
     """
-    with path.open("rb") as stream:
+    if isinstance(file, InMemory):
+        header = read_header(io.BytesIO(file.data), len(file.data))
+        return _shaped(np.frombuffer(file.data, header.dtype, math.prod(header.shape), header.start), header)
+    with file.open("rb") as stream:
         read_header(stream, os.fstat(stream.fileno()).st_size)
-    array: npt.NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+    array: npt.NDArray[Any] = np.load(file, mmap_mode="r", allow_pickle=False)
     return array
 
 
@@ -165,7 +183,7 @@ def _shaped(values: npt.NDArray[Any], header: NpyHeader) -> npt.NDArray[Any]:
     return values.reshape(header.shape[::-1]).T if header.fortran else values.reshape(header.shape)
 
 
-def read_members(path: Path, keys: Sequence[str], most_bytes: int) -> tuple[list[str], dict[str, npt.NDArray[Any]]]:
+def read_members(file: File, keys: Sequence[str], most_bytes: int) -> tuple[list[str], dict[str, npt.NDArray[Any]]]:
     """Return the names of all arrays of an archive, and those of `keys` that it has, whole.
 
     Raises
@@ -173,6 +191,6 @@ def read_members(path: Path, keys: Sequence[str], most_bytes: int) -> tuple[list
     OSError, ValueError
         If it cannot be read; and what else is in `BROKEN`.
     """
-    with zipfile.ZipFile(opened(path)) as archive:  # np.load leaves the file open if it is corrupt
+    with zipfile.ZipFile(opened(file)) as archive:  # np.load leaves the file open if it is corrupt
         found = [name[:-4] for name in archive.namelist() if name.endswith(".npy")]
         return found, {key: read_member(archive, key, most_bytes) for key in keys if key in found}

@@ -119,7 +119,7 @@ def evaluate(
       00.depth.png   depth: 16 bits in mm, or 00.depth.npy in metres; optional
       00.occluders.png   mask of what may hide cables; optional
       01.jpg
-      01.json
+      01.csv         in place of JSON: a line object,x,y (or object,x,y,z), then a row per point
       camera.json    {"fx": ..., "fy": ..., "cx": ..., "cy": ...}, for curves in metres; optional
 
     x and y are px, from the centre of the top left pixel to the right and down. With points [x, y, z], z being the
@@ -133,8 +133,8 @@ def evaluate(
       00.jpg
       00.labels.png  number of the object in each pixel, 0 is ground: one channel, or indexed colour
 
-    Published data sets are read as LAYOUT:FOLDER, where LAYOUT is written, labels, mbest, ariadne or polylines;
-    without it, as what the folder looks like. A folder that is none of these gets an error that
+    Published data sets are read as LAYOUT:FOLDER, where LAYOUT is written, labels, mbest, ariadne, spline tables or
+    polylines; without it, as what the folder looks like. A folder that is none of these gets an error that
     draws all layouts.
     """
     from dloftbs.support.safe_files import claim_folder

@@ -8,13 +8,13 @@ from pathlib import Path
 from dloftbs.errors import InputError, SourceError
 from dloftbs.support.values import check_path, shown
 from dloftbs_lab.known_sequence import KnownSequence
-from dloftbs_lab.recorded import ariadne, label_images, mbest, polylines, written
+from dloftbs_lab.recorded import ariadne, label_images, mbest, polylines, spline_tables, written
 from dloftbs_lab.recorded.layout import Layout, content_of, folders_in, listed
 
 __all__ = ["LAYOUTS", "open_labelled"]
 
 LAYOUTS: dict[str, Layout] = {
-    module.LAYOUT.name: module.LAYOUT for module in (written, label_images, mbest, ariadne, polylines)
+    module.LAYOUT.name: module.LAYOUT for module in (written, label_images, mbest, ariadne, spline_tables, polylines)
 }
 """By name, in the order in which "auto" tries them."""
 
@@ -28,11 +28,12 @@ def open_labelled(folder: str | os.PathLike[str], layout: str = "auto") -> Known
     Parameters
     ----------
     folder : str or path
-    layout : {"auto", "written", "labels", "mbest", "ariadne", "polylines"}
+    layout : {"auto", "written", "labels", "mbest", "ariadne", "spline tables", "polylines"}
         "written" is what `dloftbs_lab.write_sequence` leaves; "labels" has ``NN.jpg`` with ``NN.labels.png``, whose
         pixels are the objects' numbers, and knows no curves; "mbest" is the same, segmented by the colours of mBEST's
-        cables; "ariadne" has photographs, masks and coarse points as Ariadne's data set; "polylines" has
-        ``STEM.json`` with points beside each image or mask. "auto" is the first that the folder looks
+        cables; "ariadne" has photographs, masks and coarse points as Ariadne's data set; "spline tables" has a CSV file
+        of points per frame, as the authors of DLOFTBs write it or plain, beside a video or images; "polylines" has
+        ``STEM.json`` or ``STEM.csv`` with points beside each image or mask. "auto" is the first that the folder looks
         like. A wrong folder gets an error that draws the right ones.
 
     Returns

@@ -1,4 +1,4 @@
-"""Images or masks with annotated polylines beside them, as JSON."""
+"""Images or masks with annotated polylines beside them, as JSON or CSV."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.support.values import MAX_WHOLE
+from dloftbs_lab.recorded.csv_rows import header_of, number, rows_of, whole
 from dloftbs_lab.recorded.label_images import paired
 from dloftbs_lab.recorded.layout import Layout, RecordedSequence, files_in
 from dloftbs_lab.recorded.pictures import CAMERA, PictureFile, camera_in, decoded, images_in
@@ -21,9 +22,11 @@ TREE = """\
 polylines: points (x, y) px along each object, for each image or mask
   folder/
     00.png                an image or a mask; STEM.mask.png, .depth.png, .occluders.png and camera.json may lie beside
-    00.json               {"curves": [[[x, y], ...], ...], "ids": [1, ...]}, or only the list of curves;
-                          [x, y, z] has the depth in metres"""
+    00.json               {"curves": [[[x, y], ...], ...], "ids": [1, ...]}, or only the list of curves
+    01.png
+    01.csv                columns object,x,y or object,x,y,z; points in order; z is depth in metres"""
 
+COLUMNS = ("object", "x", "y")
 Points = list[tuple[float, ...]]
 
 
@@ -42,11 +45,15 @@ class AnnotatedImages(RecordedSequence):
     Raises
     ------
     SourceError
-        If polylines are without their image. Images without polylines are left out, with a warning.
+        If polylines are without their image, or twice there. Images without polylines are left out, with a warning.
     """
 
     def __init__(self, folder: Path) -> None:
-        truths = {path.stem: path for path in _annotations_in(folder)}
+        truths: dict[str, Path] = {}
+        for path in _annotations_in(folder):
+            if path.stem in truths:
+                raise SourceError(f"{folder}: {truths[path.stem].name} and {path.name} are the truth of one image")
+            truths[path.stem] = path
         images = {path.stem: path for path in images_in(folder)}
         self._pairs = paired(folder, images, truths, f"an image {'|'.join(IMAGE_EXTENSIONS)}")
         self._camera = camera_in(folder)
@@ -57,7 +64,7 @@ class AnnotatedImages(RecordedSequence):
 
     def _truth(self, index: int) -> Truth:
         path = self._pairs[index][1]
-        known = _read_json(path)
+        known = _read_json(path) if path.suffix == ".json" else _read_csv(path)
         try:
             return truth_of(known.curves, known.ids, self._camera)
         except InputError as error:
@@ -69,8 +76,17 @@ def _read_json(path: Path) -> _Annotation:
     return known if isinstance(known, _Annotation) else _Annotation(known)
 
 
+def _read_csv(path: Path) -> _Annotation:
+    objects: dict[int, Points] = {}
+    columns = [*COLUMNS[1:], "z"] if "z" in header_of(path) else COLUMNS[1:]
+    for line, row in rows_of(path, COLUMNS):
+        point = tuple(number(path, line, row, name) for name in columns)
+        objects.setdefault(whole(path, line, row, "object"), []).append(point)
+    return _Annotation(list(objects.values()), list(objects))
+
+
 def _annotations_in(folder: Path) -> list[Path]:
-    return [path for path in files_in(folder) if path.suffix == ".json" and path.name != CAMERA]
+    return [path for path in files_in(folder) if path.suffix in (".json", ".csv") and path.name != CAMERA]
 
 
 def _fits(folder: Path) -> bool:

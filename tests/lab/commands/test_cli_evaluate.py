@@ -1,7 +1,10 @@
 import csv
 import json
+import os
 import re
+import signal
 import sys
+import time
 from pathlib import Path
 
 import cv2
@@ -79,12 +82,12 @@ def test_a_run_from_end_to_end(tmp_path):
     assert {path: path.stat().st_mtime_ns for path in (out / "parts").iterdir()} == parts
 
 
-def test_anybodys_function_and_class_of_the_current_folder_in_other_processes(tmp_path, mine):
+def test_anybodys_function_and_class_in_other_processes(tmp_path, mine):
     out = tmp_path / "out"
     process = start(
         *("evaluate", "rgbd-artificial", "--method", "mine:line,mine:Follower", "--method", "mine:broken"),
         *(*TINY[:-1], 2, "--out", out),
-        cwd=mine,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(mine), os.environ.get("PYTHONPATH", "")])},
     )
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 0, errors
@@ -97,6 +100,19 @@ def test_anybodys_function_and_class_of_the_current_folder_in_other_processes(tm
     assert list(tracking) == ["mine:Follower", "mine:broken"]
     assert tracking["mine:broken"]["MOTA"] == 0.0
     assert tables["exceptions"][0]["exception"] == "ValueError: not today"
+
+
+def test_modules_of_the_current_folder_are_found_by_the_command_and_its_processes(tmp_path):
+    (tmp_path / "here.py").write_text("def find(frame):\n    from beside import curves\n    return curves()\n")
+    (tmp_path / "beside.py").write_text(
+        "import numpy as np\ndef curves():\n    return [np.array([[10.0, 20.0], [200.0, 20.0]])]\n"
+    )
+    process = start("evaluate", "kinds", "--method", "here:find", *TINY[:-1], 2, "--out", "out", cwd=tmp_path)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    tables = json.loads((tmp_path / "out" / "report.json").read_text())["tables"]
+    assert "exceptions" not in tables
+    assert {row["exceptions"] for row in tables["summary"]} == {0}
 
 
 DATA = (Path(__file__).parents[3] / "docs" / "files.md").read_text("utf-8").partition("### Labelled data")[2]
@@ -113,7 +129,7 @@ def labelled(tmp_path):
     folder = tmp_path / "mydata"
     folder.mkdir()
     (folder / "00.json").write_text(documented("json")[0])
-    (folder / "01.json").write_text(documented("json")[0])
+    (folder / "01.csv").write_text(next(body for body in documented("text") if body.startswith("object,x,y")))
     (folder / "02.json").write_text('{"curves": []}')
     for stem, drawn in (("00", True), ("01", True), ("02", False)):
         picture = np.full((200, 240, 3), (90, 120, 90), np.uint8)
@@ -153,7 +169,7 @@ def test_a_colour_for_masks_is_told_to_make_no_difference(tmp_path):
 def test_a_suite_of_every_kind_stands_in_the_help():
     text = " ".join(run("evaluate", "--help").stdout.split())
     assert [name for name in SUITES if not re.search(rf"(?<![\w-]){name}(?![\w-])", text)] == []
-    for word in ("00.json", '{"curves": [[[x, y]', "00.mask.png", "00.labels.png", "camera.json"):
+    for word in ("00.json", '{"curves": [[[x, y]', "object,x,y", "00.mask.png", "00.labels.png", "camera.json"):
         assert word in text
 
 
@@ -292,6 +308,20 @@ def test_labelled_data_on_disk(tmp_path, shared_data):
     run("evaluate", folder, "--method", "paper", "--out", out, "--jobs", 1)
     (row,) = json.loads((out / "report.json").read_text())["tables"]["S1"]
     assert row["DICE"] > 0.5
+
+
+def test_ctrl_c_ends_it_and_keeps_what_is_finished(tmp_path):
+    out = tmp_path / "out"
+    process = start("evaluate", "rgbd", "--method", "paper", "--scale", 0.1, "--jobs", 2, "--out", out)
+    deadline = time.monotonic() + 40.0
+    while not list(out.glob("parts/[!.]*.json")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert errors.endswith("interrupted\n")
+    assert "Traceback" not in errors
+    assert 1 <= len(list(out.glob("parts/[!.]*.json"))) < 10
 
 
 def test_progress_counts_frames(capsys):

@@ -95,8 +95,9 @@ def test_the_current_folder_is_on_the_path_for_as_long_as_it_is_needed(tmp_path,
     assert sys.path == before
 
 
-def test_processes_of_a_run_may_import_methods_before_the_command():
-    code = "import dloftbs_lab.commands.methods; from dloftbs.cli import main; assert 'evaluate' in main.commands"
+@pytest.mark.parametrize("name", ["methods", "method_options", "evaluate"])
+def test_processes_of_a_run_may_import_any_of_it_first(name):
+    code = f"import dloftbs_lab.commands.{name}; from dloftbs.cli import main; assert 'evaluate' in main.commands"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 

@@ -32,7 +32,7 @@ FEWER = {"rgbd": 8, "rgbd-artificial": 8}
 def test_a_figure_is_over_twenty_scenes(name):
     if missing_for(name) is not None:
         pytest.skip(missing_for(name))
-    suite = open_suite(name, size=TINY["size"])
+    suite = open_suite(name)
     scenes = {}
     for sequence in suite.sequences:
         # What a table has in a row: sequences of a name, without the number; single images are scenes each.

@@ -168,7 +168,7 @@ def test_a_folder_of_another_layout_is_told_so(tmp_path, layout):
 
 
 def test_an_unknown_layout_is_refused(tmp_path):
-    with pytest.raises(InputError, match="layout must be one of auto, written, labels, mbest, ariadne, polylines"):
+    with pytest.raises(InputError, match="layout must be one of auto, written, labels, mbest, ariadne, spline tables"):
         open_labelled(tmp_path, "coco")
 
 

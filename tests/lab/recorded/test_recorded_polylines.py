@@ -1,4 +1,4 @@
-"""Polylines as JSON beside images: true curves through the points."""
+"""Polylines as JSON and CSV beside images: true curves through the points."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ BEND = [[2, 3], [8, 6.5], [15, 7], [24, 4], [33, 12]]
 SHORT = [[4.25, 20], [30, 22]]
 
 
-def fill(folder, text, pixels=None):
+def fill(folder, text, suffix=".json", pixels=None):
     save(folder / "a.png", picture() if pixels is None else pixels)
-    (folder / "a.json").write_text(text)
+    (folder / f"a{suffix}").write_text(text)
     return folder
 
 
@@ -98,8 +98,20 @@ def test_an_image_may_show_nothing(tmp_path):
     assert open_labelled(fill(tmp_path, "[]")).truth(0).ids == ()
 
 
+def table(z=None):
+    lines = ["object,x,y" + (",z" if z else "")]
+    for number, points in ((3, BEND), (1, SHORT)):
+        lines += [f"{number},{x},{y}" + (f",{z}" if z else "") for x, y in points]
+    return "\n".join(lines) + "\n"
+
+
+def test_csv(tmp_path):
+    truth = open_labelled(fill(tmp_path, table(), ".csv")).truth(0)
+    assert (truth.ids, truth.curves) == ((3, 1), (curve_through(BEND), curve_through(SHORT)))
+
+
 def test_depth_and_camera_make_curves_in_space(tmp_path):
-    fill(tmp_path, json.dumps([[[*point, 0.8] for point in points] for points in (BEND, SHORT)]))
+    fill(tmp_path, table(z=0.8), ".csv")
     assert open_labelled(tmp_path).truth(0).curves_3d == ()
     camera = {name: getattr(CAMERA, name) for name in ("fx", "fy", "cx", "cy")}
     (tmp_path / "camera.json").write_text(json.dumps(camera))
@@ -138,31 +150,54 @@ def test_a_mask_depth_and_occluders_may_lie_beside_the_image(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "suffix", "message"),
     [
-        ('{"curves": 3}', "a.json: Expected `array`, got `int` - at `$.curves`"),
-        ('{"lines": []}', "a.json: Object missing required field `curves`"),
-        ("[[[1, 2], [3, 4]]", "a.json: Input data was truncated"),
-        ('[[[1, 2], ["a", 4]]]', "a.json: Expected `float`, got `str`"),
-        ("[[[1, 2]]]", "a.json: a curve needs 2 points or more"),
-        ("[[[1, 2], [3, 4, 5]]]", "a.json: polyline 0 must be an array of numbers"),
-        ("[[[1, 2], [3, 4]], [[1, 2, 3], [3, 4, 5]]]", "a.json: polylines must be all with depth"),
-        ('{"curves": [[[1, 2], [3, 4]]], "ids": [1, 2]}', "must be none or one for each of 2 ids"),
-        ('{"extra": ' + "[" * 20_000, "a.json: lists and mappings are nested too deeply"),
-        ("[[[1, 2], [3, 1" + "0" * 400 + "]]]", "a.json: Number out of range"),
-        ('{"curves": [[[1, 2], [3, 4]]], "ids": [1' + "0" * 20 + "]}", "a.json: Expected `int` <= "),
+        ('{"curves": 3}', ".json", "a.json: Expected `array`, got `int` - at `$.curves`"),
+        ('{"lines": []}', ".json", "a.json: Object missing required field `curves`"),
+        ("[[[1, 2], [3, 4]]", ".json", "a.json: Input data was truncated"),
+        ('[[[1, 2], ["a", 4]]]', ".json", "a.json: Expected `float`, got `str`"),
+        ("[[[1, 2]]]", ".json", "a.json: a curve needs 2 points or more"),
+        ("[[[1, 2], [3, 4, 5]]]", ".json", "a.json: polyline 0 must be an array of numbers"),
+        ("[[[1, 2], [3, 4]], [[1, 2, 3], [3, 4, 5]]]", ".json", "a.json: polylines must be all with depth"),
+        ('{"curves": [[[1, 2], [3, 4]]], "ids": [1, 2]}', ".json", "must be none or one for each of 2 ids"),
+        ('{"extra": ' + "[" * 20_000, ".json", "a.json: lists and mappings are nested too deeply"),
+        ("[[[1, 2], [3, 1" + "0" * 400 + "]]]", ".json", "a.json: Number out of range"),
+        ('{"curves": [[[1, 2], [3, 4]]], "ids": [1' + "0" * 20 + "]}", ".json", "a.json: Expected `int` <= "),
+        ("object,x,y\n1e300,2,3\n", ".csv", "a.csv, line 2: object must be a whole number, got '1e300'"),
+        ("object,x\n1,2\n", ".csv", "a.csv: lacks the columns y; found object, x"),
+        ("", ".csv", "a.csv: lacks the columns object, x, y; found none"),
+        ("x" * 900, ".csv", f"a.csv: lacks the columns object, x, y; found {'x' * 100}..."),
+        ("a,b,c,d,e,f,g", ".csv", "a.csv: lacks the columns object, x, y; found a, b, c, d, e and 2 more"),
+        ("object,x,y\n1,2,3\n1,2\n", ".csv", "a.csv, line 3: has 2 fields instead of 3"),
+        ("object,x,y\n1,2,3\n1,zwei,3\n", ".csv", "a.csv, line 3: x must be a number, got 'zwei'"),
+        ("object,x,y\n1,2,inf\n", ".csv", "a.csv, line 2: y must be a number, got 'inf'"),
+        ("object,x,y\n1.5,2,3\n", ".csv", "a.csv, line 2: object must be a whole number, got '1.5'"),
+        ("object,x,y\n1,2,3\n", ".csv", "a.csv: a curve needs 2 points or more"),
     ],
 )
-def test_corrupt_truth_is_named(tmp_path, text, message):
-    sequence = open_labelled(fill(tmp_path, text))
+def test_corrupt_truth_is_named(tmp_path, text, suffix, message):
+    sequence = open_labelled(fill(tmp_path, text, suffix))
     with pytest.raises(SourceError, match=re.escape(message)):
         sequence.truth(0)
     sequence.frame(0)
 
 
+def test_text_that_is_none_is_named(tmp_path):
+    fill(tmp_path, "", ".csv")
+    (tmp_path / "a.csv").write_bytes(b"object,x,y\n1,\xff\xfe,3\n")
+    with pytest.raises(SourceError, match=re.escape("a.csv")):
+        open_labelled(tmp_path).truth(0)
+
+
 def test_truth_without_an_image_is_an_error(tmp_path):
     (fill(tmp_path, "[]") / "b.json").write_text("[]")
     with pytest.raises(SourceError, match=re.escape("1 of 2 lack an image")):
+        open_labelled(tmp_path)
+
+
+def test_two_truths_of_one_image_are_an_error(tmp_path):
+    (fill(tmp_path, "[]") / "a.csv").write_text(table())
+    with pytest.raises(SourceError, match=re.escape("a.csv and a.json are the truth of one image")):
         open_labelled(tmp_path)
 
 

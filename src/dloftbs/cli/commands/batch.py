@@ -1,11 +1,11 @@
-"""``dloftbs batch``: many inputs, each by itself, in processes."""
+"""``dloftbs batch``: many inputs, each by itself, in processes or on a cluster."""
 
 from __future__ import annotations
 
 import logging
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from dloftbs.cli.batch.input_list import BatchInput
     from dloftbs.cli.batch.settings import BatchSettings
     from dloftbs.cli.batch.shards import Shard
-    from dloftbs.cli.batch.status_file import Status
+    from dloftbs.cli.batch.status_file import Event, Status
     from dloftbs.config import Config
 
 FORMATS = ("jsonl", "npz", "csv")
@@ -61,6 +61,12 @@ def parse_shard(context: click.Context, parameter: click.Parameter, text: str | 
     callback=parse_shard,
     help="Take the I-th of N equal shares of the inputs alone; auto: the one of this task in a SLURM array.",
 )
+@click.option(
+    "--scheduler",
+    type=FilledPath(),
+    metavar="ADDRESS",
+    help="Work on a dask cluster, e.g. tcp://10.0.0.1:8786, whose workers see the same files (extra `cluster`).",
+)
 @click.option("--retry-failed", is_flag=True, help="Do again what failed, or gave a part only, in an earlier run.")
 @limit_option
 @every_option
@@ -75,6 +81,7 @@ def batch(
     form: str,
     jobs: int | None,
     shard: Shard,
+    scheduler: str | None,
     retry_failed: bool,
     limit: int | None,
     every: int,
@@ -106,6 +113,8 @@ def batch(
 
     if inputs.beside != inputs.rules:
         raise click.UsageError('in a batch, what goes with frames must be rules such as --masks "{stem}_mask.png"')
+    if scheduler is not None and jobs is not None:
+        raise click.UsageError("--jobs goes with the processes of this machine, not with --scheduler")
     settings = BatchSettings(StreamOptions(inputs, config, fps, every, limit), f".{form}", retry_failed)
     read = [Path(str(context.params[name])) for name in READING if context.params.get(name) is not None]
     items = shard.of(list_inputs(where, out, settings.suffix, read))
@@ -114,7 +123,7 @@ def batch(
     report = BatchReport(len(items), known)
     try:
         if left:
-            _run(left, settings, report, jobs)
+            _run(left, settings, report, jobs, scheduler)
     finally:
         report.print_table()
         click.echo(report.summary(), err=True)
@@ -160,17 +169,17 @@ def _what_is_left(items: Sequence[BatchInput], settings: BatchSettings) -> tuple
     return known, left
 
 
-def _run(items: Sequence[BatchInput], settings: BatchSettings, report: BatchReport, jobs: int | None) -> None:
+def _run(
+    items: Sequence[BatchInput], settings: BatchSettings, report: BatchReport, jobs: int | None, scheduler: str | None
+) -> None:
     from dloftbs.cli.batch.batch_report import reason
     from dloftbs.cli.batch.status_file import State
-    from dloftbs.cli.batch.worker_pool import in_processes
     from dloftbs.cli.progress import open_progress
-    from dloftbs.support.overlap import cores
 
     with (
         open_progress(shares_terminal=False) as progress,
         interrupted() as stop,
-        closing(in_processes(items, settings, jobs or cores())) as events,
+        closing(_events(items, settings, jobs, scheduler)) as events,
     ):
         for event in events:
             report.add(event)
@@ -179,3 +188,16 @@ def _run(items: Sequence[BatchInput], settings: BatchSettings, report: BatchRepo
             progress.tick(report)
             if stop():
                 raise KeyboardInterrupt
+
+
+def _events(
+    items: Sequence[BatchInput], settings: BatchSettings, jobs: int | None, scheduler: str | None
+) -> Generator[Event, None, None]:
+    if scheduler is not None:
+        from dloftbs.cli.batch.dask_cluster import in_cluster
+
+        return in_cluster(items, settings, scheduler)
+    from dloftbs.cli.batch.worker_pool import in_processes
+    from dloftbs.support.overlap import cores
+
+    return in_processes(items, settings, jobs or cores())

@@ -62,7 +62,7 @@ def detect(
 ) -> None:
     """Find the cables in images or masks, each by itself.
 
-    INPUT is an image or a mask, a folder, a glob, or whatever `dloftbs track` takes.
+    INPUT is an image or a mask, a folder, a glob, - for standard input, or whatever `dloftbs track` takes.
     Without --out, --overlay and --stages, results are JSON lines on standard output, one an image; --out -
     prints them beside other outputs. Progress and a summary of the timing go to standard error. Frames that
     cannot be read are reported, the rest goes on, and the exit code is 1. No result replaces an input: in a folder of
@@ -177,7 +177,7 @@ class _Batch:
                 first = last + 1
 
     def _open(self, where: str) -> Iterable[Frame] | Exception:
-        """Return the frames of an input: an image is read at once, all else when its turn comes."""
+        """Return the frames of an input: an image is read at once, an animation and all else when its turn comes."""
         from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 
         frames = self._frames(where)

@@ -139,7 +139,7 @@ def stereo(
     files = InputFiles((*where, *beside), context.params)
     pictures = {"--overlay": overlay, "--stages": stages}
     outputs = plan_outputs(outs, pictures, files, config, is_one=limit == 1)
-    options = StreamOptions(inputs, config, fps, every, limit)
+    options = StreamOptions(inputs, config, fps, every, limit, keep_messages=with_input)
     right = replace(
         inputs,
         topic=right_topic or inputs.topic,

@@ -77,9 +77,10 @@ def track(
 ) -> None:
     """Follow the cables through a stream, each with its identity and direction.
 
-    INPUT is a video, a TIFF of several pages, an .npy or .npz file, or a recording of
+    INPUT is a video, an animated PNG, WebP or AVIF, a TIFF of several pages, an .npy or .npz file, or a recording of
     ROS (.mcap, .db3, .bag or a rosbag2 folder). It may also be a folder or a glob of images or masks in their natural
-    order, or the files of one. A camera is its index, its device /dev/video0, or the address of a stream.
+    order, or the files of one. A camera is its index, its device /dev/video0, or the address of a stream; - is
+    standard input.
 
     Without --out, --overlay, --stages, --view and --rerun, results are JSON lines on standard output; --out
     - prints them beside other outputs. Progress and a summary of the timing go to standard error. Frames
@@ -113,7 +114,7 @@ def track(
     outputs = plan_outputs(outs, pictures, InputFiles(where, context.params), config, is_one=limit == 1)
     run = StreamRun(
         where[0] if len(where) == 1 else in_natural_order(where, inputs),
-        StreamOptions(inputs, config, fps, every, limit),
+        StreamOptions(inputs, config, fps, every, limit, keep_messages=with_input),
     )
     report = run.report
     try:
