@@ -5,6 +5,8 @@ import re
 import sys
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 from cli.cli_inputs import run
 
@@ -13,6 +15,7 @@ from dloftbs_lab.evaluation.baselines.coherent_point_drift import NODES, STRETCH
 from dloftbs_lab.evaluation.report.spread import RESAMPLES
 
 PAGE = (Path(__file__).parents[1] / "docs" / "own-method.md").read_text("utf-8")
+COMMANDS = re.findall(r"```sh\ndloftbs (.*?)\n```", PAGE)
 FUNCTION, TRACKER = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 
 
@@ -37,11 +40,26 @@ def test_the_examples_are_scored(tmp_path, mymethod):
     assert still["missing, %"] == 0.0
 
 
-def test_the_command_is_one():
-    (command,) = re.findall(r"```sh\ndloftbs (.*?)\n```", PAGE)
-    name, *suites = command.partition(" --")[0].split()
+def test_the_first_command_is_of_generated_suites():
+    name, *suites = COMMANDS[0].partition(" --")[0].split()
     assert name == "evaluate"
     assert set(suites) <= {"rgb", "kinds"}
+
+
+def test_the_second_command_scores_labels_as_the_page_writes_them(tmp_path, monkeypatch, mymethod):
+    (text,) = re.findall(r"00\.json +(.*)", PAGE)
+    curves = json.loads(text)["curves"]
+    image = np.full((420, 560, 3), 200, np.uint8)
+    for curve in curves:
+        cv2.polylines(image, [np.array(curve, np.int32)], False, (0, 0, 255), 9)
+    (tmp_path / "mydata").mkdir()
+    cv2.imwrite(str(tmp_path / "mydata" / "00.png"), image)
+    (tmp_path / "mydata" / "00.json").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    run(*COMMANDS[1].split(), "--jobs", 1)
+    rows = json.loads((tmp_path / "mine" / "report.json").read_text())["tables"]["summary"]
+    assert {row["method"] for row in rows} == {"default", f"{mymethod}:find"}
+    assert [row["missing, %"] for row in rows if row["method"] == "default"] == [0.0]
 
 
 def test_the_page_says_what_the_code_has():
