@@ -15,6 +15,7 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.data.centerline import Centerline, Joint, JointKind, NearJoint, Point, Segment
 from dloftbs.data.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.data.deviation import WEIGHTS, WEIGHTS_3D, deviation, deviation_at, terms_in_image, terms_in_space
+from dloftbs.data.inferred_spans import InferredSpans
 from dloftbs.data.object_shape import ObjectShape
 from dloftbs.data.u_mapping import known_in_space, to_image, to_space
 from dloftbs.errors import InputError
@@ -47,7 +48,7 @@ NO_DEPTH = "the frame has no depth"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Detection(ObjectShape):
+class Detection(InferredSpans, ObjectShape):
     """One object in one frame.
 
     Parameters
@@ -77,7 +78,7 @@ class Detection(ObjectShape):
     curve: BSplineCurve
     curve_3d: BSplineCurve | None = None
     no_3d_reason: str | None = None
-    inferred_3d: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `__getattr__`
+    inferred_3d: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `InferredSpans`
     camera: PinholeCamera | None = None
 
     def __post_init__(self) -> None:
@@ -117,16 +118,6 @@ class Detection(ObjectShape):
             _depth_noise_per_m=depth_noise_per_m,
         )
         return detection
-
-    if not TYPE_CHECKING:  # where it would vouch for any name
-
-        def __getattr__(self, name: str) -> Any:
-            """Measure the curve in space once somebody asks for parts of its length: in most frames, nobody does."""
-            fitted = self.__dict__.get("_fitted_inferred_3d")
-            if name != "inferred_3d" or fitted is None:
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            spans = self.__dict__[name] = spans_by_length(self.curve_3d, fitted)
-            return spans
 
     def __repr__(self) -> str:
         in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"

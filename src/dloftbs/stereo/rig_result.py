@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy.typing as npt
 
-from dloftbs.data.curve import BSplineCurve, check_curve, spans_by_length
+from dloftbs.data.curve import BSplineCurve, check_curve
 from dloftbs.data.deviation import deviation_at
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.inferred_spans import InferredSpans
 from dloftbs.data.tracks import TrackState
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import LARGEST, FloatArray, as_vector, frozen
@@ -35,7 +36,7 @@ Members = tuple[int | None, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RigObject:
+class RigObject(InferredSpans):
     """One object as a rig sees it at one moment.
 
     Parameters
@@ -69,7 +70,7 @@ class RigObject:
     members: Members
     curve_3d: BSplineCurve | None = None
     no_3d_reason: str | None = None
-    inferred_3d: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `__getattr__`
+    inferred_3d: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `InferredSpans`
     width_m: float | None = None
     confidence: float = 1.0
     std_m: FloatArray | None = None
@@ -123,16 +124,6 @@ class RigObject:
             pieces=pieces,
         )
         return made
-
-    if not TYPE_CHECKING:  # where it would vouch for any name
-
-        def __getattr__(self, name: str) -> Any:
-            """Measure the curve in space once somebody asks for parts of its length, as `Detection` does."""
-            fitted = self.__dict__.get("_fitted_inferred_3d")
-            if name != "inferred_3d" or fitted is None:
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            spans = self.__dict__[name] = spans_by_length(self.curve_3d, fitted)
-            return spans
 
     def __repr__(self) -> str:
         in_space = f"{self.curve_3d.length:.4g} m" if self.curve_3d is not None else "not in space"

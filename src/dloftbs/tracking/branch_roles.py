@@ -1,4 +1,4 @@
-"""Which track is which branch of an object that branches: as in the last frame that was read alike."""
+"""Identity of the branches of an object that branches: as in the last frame that was read alike."""
 
 from __future__ import annotations
 
