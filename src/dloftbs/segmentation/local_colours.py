@@ -24,7 +24,7 @@ Source: by hand; twice the second gains at the edges what it loses on busy groun
 _LEAST = 0.004
 """Least share of cable, and of ground, around a place.
 
-Source: numerics; half a count of 255.
+Source: numerics; one count of 255.
 """
 
 
