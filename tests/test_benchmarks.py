@@ -21,6 +21,7 @@ from benchmarks import (
     english,
     growth,
     linking_pictures,
+    object_masks,
     original_curves,
     pictured_gaps,
     process,
@@ -50,6 +51,19 @@ def test_a_gap_over_a_photograph_shows_its_cables_and_is_the_same_again(kind: st
     count, _ = cv2.connectedComponents(once.frame.mask.astype(np.uint8))
     assert count - 1 == 2  # both kinds have one gap
     assert (once.frame.image == again.frame.image).all()
+
+
+def test_tools_label_cables_with_their_mistakes():
+    upright, across = (np.zeros((40, 60), bool) for _ in range(2))
+    upright[:, 20:25] = True
+    across[18:23] = True
+    across &= ~upright
+    for name, most in (("without a mistake", 2), ("all cut", 3), ("one cable missed", 1)):
+        tool = object_masks.TOOLS[name]
+        assert tool is not None
+        labels = tool([upright, across], np.random.default_rng(1))
+        assert labels.max() == most
+        assert ((labels > 0) == (across if name == "one cable missed" else upright | across)).all()
 
 
 def test_functions_take_turns_and_the_first_two_do_not_count():

@@ -54,6 +54,38 @@ def test_a_tool_that_cuts_a_cable_at_a_crossing_does_not_cut_its_curve() -> None
         assert [one.curve.length for one in found] == pytest.approx([590.0] * 2, abs=8.0)
 
 
+def touching(width: int, across: float, along: float, turn: float) -> np.ndarray:
+    """Return two straight cables of which the second is moved by shares of its width and length, turned about."""
+    labels = np.zeros(SIZE, np.uint8)
+    ahead = np.array([np.cos(turn), np.sin(turn)])
+    aside = np.array([-ahead[1], ahead[0]])
+    for number in (1, 2):
+        start = np.array([320.0, 180.0]) + (number - 1) * (across * width * aside + along * 150 * ahead) - 150 * ahead
+        corners = [start + x * 150 * ahead + y * width * aside for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+        cv2.fillPoly(labels, [np.rint(corners).astype(np.int32)], number)
+    return labels
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 1.2])
+@pytest.mark.parametrize("width", [5, 8, 14, 24])
+@pytest.mark.parametrize("along", [0.1, 0.5])
+def test_two_objects_side_by_side_are_two_cables(along: float, width: int, turn: float) -> None:
+    labels = touching(width, 1.0, along, turn)
+    found = detect(instances=labels)
+    assert len(found) == 2
+    for one in found:
+        assert one.curve.length == pytest.approx(150.0, abs=width + 4.0)
+        column, row = np.rint(one.curve.sample(50)[5:-5]).astype(int).T
+        assert len(np.unique(labels[row, column])) == 1  # a curve lies in its own object
+
+
+def test_two_objects_in_line_that_a_third_lies_across_are_joined() -> None:
+    labels = touching(14, 0.0, 1.0, 0.0)
+    cv2.line(labels, (318, 20), (322, 340), 3, 14)
+    found = detect(instances=labels)
+    assert sorted(one.curve.length for one in found) == pytest.approx([300.0, 320.0], abs=8.0)
+
+
 class TestLabelsAsMask:
     def test_small_numbers_are_taken_for_labels(self) -> None:
         one = detect(facing(210))

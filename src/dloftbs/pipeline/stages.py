@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.cleaning import clean
+from dloftbs.cleaning import clean, open_seams
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig
 from dloftbs.data.centerline import Centerline
 from dloftbs.data.detection import Crossing, Detection
@@ -207,13 +207,14 @@ def run_stages(
 
 def _read(mask: AnyArray, limit: int, share: float, task: _Task) -> _Reading:
     """Find the objects of a mask, which of a probability is what is not below a limit."""
-    frame, config, region, predicted, soft, _, clock = task
+    frame, config, region, predicted, soft, labels, clock = task
     run = StageRun(mask, share, clock.stage_ms)
     refusal = task.refusal_of(mask, share)
     if refusal is not None:
         return _Reading(replace(run, reason=refusal), [])
     is_branched = isinstance(config.linking, LinkingConfig) and config.linking.branched
-    crop = clean(mask, config.cleaning, region, branched=is_branched)
+    pixels = mask if labels is None or isinstance(config.linking, GreedyLinkingConfig) else open_seams(mask, labels)
+    crop = clean(pixels, config.cleaning, region, branched=is_branched)
     clock.lap("cleaning")
     if crop is None:
         return _Reading(replace(run, reason=why_nothing_is_left(mask, config, frame)), [])
