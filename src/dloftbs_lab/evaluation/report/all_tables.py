@@ -185,8 +185,8 @@ def _footage(parts: Sequence[Part], suite: str) -> Table:
 def _harnesses(parts: Sequence[Part], suite: str) -> Table:
     figures = ("whole harness right, %", "branches right, %", "F1 of branch points, %", "L3 px", "ms median", *_COUNTS)
     note = (
-        "A branch point is right within 10 px in HD. A branch is right if its L3 is at most 5 px, and the branch points "
-        f"at its ends are right. A harness is right if all of it is, and there is nothing else. {_SEEN}"
+        "A branch point is right within 10 px in HD. A branch is right if its L3 is at most 5 px, and the branch "
+        f"points at its ends are right. A harness is right if all of it is, and there is nothing else. {_SEEN}"
     )
     return Table(suite, f"{suite}: by sequence", *_rows(parts, {**_SEQUENCE, **_METHOD}, figures), note).compact()
 
