@@ -135,6 +135,7 @@ class _Run:
         self._sequence = sequence
         self._method = method
         self._call = _make(method)
+        self._shows_single_images = sequence.fps is None  # frames without a rate: identities mean nothing
         self._is_told_the_start = hasattr(self._call, "start")
         self._not_started: str | None = None
         self._rows: list[FrameRow] = []
@@ -147,6 +148,8 @@ class _Run:
     def add(self, index: int, known: KnownFrame) -> None:
         """Score the next frame."""
         frame, truth = known.frame, known.truth
+        if self._shows_single_images and index > 0 and not self._is_told_the_start:
+            self._call = _make(self._method)  # an image is no news of the one before
         if index == 0 and self._is_told_the_start:
             self._not_started = _start(self._call, frame, truth)
         found, ms, failure = (
@@ -172,15 +175,13 @@ class _Run:
         _forget(self._curves, self._rows)
 
     def _scene(self, index: int) -> str:
-        """Return the scene that a frame shows: frames without a rate are single images, and each shows its own."""
+        """Return the scene that a frame shows: single images show one each."""
         name = self._sequence.scene_name or self._key.sequence
-        return name if self._sequence.fps is not None else f"{name} #{index}"
+        return f"{name} #{index}" if self._shows_single_images else name
 
     def part(self) -> Part:
         """Return the scores of all frames."""
-        # Where frames have no rate, they are single images, and identities mean nothing.
-        with_rate = self._sequence.fps is not None
-        tracking = self._identities.scores() if self._identities is not None and with_rate else None
+        tracking = None if self._identities is None or self._shows_single_images else self._identities.scores()
         worst = {index: [_points(curve) for curve in of_frame] for index, of_frame in self._curves.items()}
         following = None if self._following is None else self._following.result()
         rung = _rung(self._sequence)
