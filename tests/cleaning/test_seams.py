@@ -58,3 +58,9 @@ def test_a_mask_without_seams_is_the_same_array(dtype: type) -> None:
     labels[1:3], labels[5:7] = 1, 2
     mask = (labels > 0).astype(dtype)
     assert open_seams(mask, labels) is mask
+
+
+@pytest.mark.parametrize("size", [(0, 0), (0, 7), (1, 1), (1, 7)])
+def test_the_smallest_masks(size: tuple[int, int]) -> None:
+    mask = np.ones(size, np.uint8)
+    assert open_seams(mask, np.ones(size, np.uint16)) is mask

@@ -33,6 +33,8 @@ def open_seams(mask: AnyArray, labels: npt.NDArray[np.uint16]) -> AnyArray:
     numpy.ndarray, shape (H, W)
         The mask itself where no two objects touch. A seam is one pixel wide, and taken from the lower label.
     """
+    if labels.size == 0:  # OpenCV refuses it
+        return mask
     around = np.ones((3, 3), np.uint8)
     for _ in range(_OUTLINE_PX):
         bare = (labels == 0) & (mask != 0)
