@@ -60,6 +60,12 @@ def test_a_mask_without_seams_is_the_same_array(dtype: type) -> None:
     assert open_seams(mask, labels) is mask
 
 
+def test_labels_beyond_the_mask_do_not_count() -> None:
+    mask, labels = np.zeros((9, 9), bool), np.ones((9, 9), np.uint16)
+    mask[3:6], labels[:3], labels[6:] = True, 2, 3
+    assert open_seams(mask, labels) is mask
+
+
 @pytest.mark.parametrize("size", [(0, 0), (0, 7), (1, 1), (1, 7)])
 def test_the_smallest_masks(size: tuple[int, int]) -> None:
     mask = np.ones(size, np.uint8)
