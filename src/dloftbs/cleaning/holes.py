@@ -16,6 +16,7 @@ from dloftbs.cleaning.kernels.narrow_ground import (
     MIN_SLIT_WIDTHS,
     close_round,
 )
+from dloftbs.cleaning.kernels.single_width import SINGLE_SHARE
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 
 _Pixels = npt.NDArray[np.uint8]
@@ -32,12 +33,6 @@ _WIDEST = 2.0
 """Width of a hole over the mean width of the mask.
 
 Source: geometry; a hole of half a cable's width leaves a quarter on either side.
-"""
-
-_SINGLE_SHARE = 0.15
-"""Share of the cables' length that is narrower than what counts as the width of one, beside half a width for the ends.
-
-Source: by hand; that of the ends and of frays. The less it is, the shorter may be the part in which a bundle parts.
 """
 
 _MAX_PIECES = 500
@@ -255,5 +250,5 @@ def _single_width(away: _Distances, other: _Distances | None) -> float:
     ridge = away[is_ridge]
     if not ridge.size:
         return 0.0
-    place = min(int(_SINGLE_SHARE * (len(ridge) - 1) + float(ridge.mean())), len(ridge) - 1)
+    place = min(int(SINGLE_SHARE * (len(ridge) - 1) + float(ridge.mean())), len(ridge) - 1)
     return 2.0 * (float(np.partition(ridge, place)[place]) - _EDGE_PX)

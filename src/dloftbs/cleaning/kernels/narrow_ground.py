@@ -11,11 +11,13 @@ from numba import int64, uint64
 
 from dloftbs.cleaning.kernels.bitmask_growth import DILATE, ERODE, grow_round
 from dloftbs.cleaning.kernels.ground_runs import find_ground, label_foreground, thin_out
+from dloftbs.cleaning.kernels.single_width import single_widths, squared_distances
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 
 _Words = npt.NDArray[np.uint64]
 _Ints = npt.NDArray[np.int64]
+_Counts = npt.NDArray[np.int32]
 _Bools = npt.NDArray[np.bool_]
 
 _STEP_PX = 2
@@ -53,6 +55,12 @@ _MAX_GROUNDS = 5_000
 """More parts of ground than this are noise, in which nothing is found.
 
 Source: bounds the time, by hand; a phone's photograph with pin-holes has 900.
+"""
+
+_MIN_SEEN_PX = 16
+"""Number of pixels of a hole that every other pixel shows.
+
+Source: geometry; four by four, of which these are four. Shorter ones are closed before, unless nothing is.
 """
 
 _LONGEST_REACH = WORD_BITS - 2
@@ -139,12 +147,80 @@ def _holds_any(bitmask: _Words, r: int, low: int, high: int) -> bool:
 
 
 @helper
+def _fill(
+    solid: _Bools,
+    owners: _Counts,
+    first: _Ints,
+    start: _Ints,
+    end: _Ints,
+    part: _Ints,
+    owner: _Ints,
+    chosen: _Bools,
+) -> None:
+    """Fill the chosen parts of narrow ground, given by its runs; each belongs to a piece, its owner."""
+    for r in range(len(first) - 1):
+        for i in range(first[r], first[r + 1]):
+            if chosen[part[i]]:
+                solid[r, start[i] : end[i]], owners[r, start[i] : end[i]] = True, owner[part[i]]
+
+
+@helper
+def _drop_deep(
+    solid: _Bools,
+    first: _Ints,
+    start: _Ints,
+    end: _Ints,
+    part: _Ints,
+    is_kind: _Bools,
+    usable: _Bools,
+    deepest: npt.NDArray[np.float64],
+) -> None:
+    """Drop parts of one kind that lie deeper in what is solid than a distance of their own."""
+    if not is_kind.any():
+        return
+    squares = squared_distances(solid)
+    for r in range(len(first) - 1):
+        for i in range(first[r], first[r + 1]):
+            k = part[i]
+            for c in range(start[i], end[i]):
+                if is_kind[k] and usable[k]:
+                    usable[k] = np.sqrt(float(squares[r, c])) <= deepest[k]
+
+
+@helper
+def _keep_within(
+    solid: _Bools,
+    owners: _Counts,
+    first: _Ints,
+    start: _Ints,
+    end: _Ints,
+    part: _Ints,
+    owner: _Ints,
+    is_hole: _Bools,
+    usable: _Bools,
+    pieces: int,
+) -> None:
+    """Drop parts of narrow ground, given by its runs, that lie deeper than within one cable of the piece they are in.
+
+    `owners` are the pieces of what is solid, and `owner` those of the parts. What is usable is filled in both.
+    """
+    filled = solid.copy()
+    _fill(filled, owners, first, start, end, part, owner, owner >= 0)
+    widths = single_widths(squared_distances(filled), owners, pieces) + _ERROR
+    deepest = np.where(is_hole, DEEPEST_HOLE_WIDTHS, DEEPEST_SLIT_WIDTHS) * widths[owner] + _ERROR
+    for is_kind in (usable & is_hole, usable & ~is_hole):  # holes are filled before slits are looked at
+        _fill(solid, owners, first, start, end, part, owner, is_kind)
+        _drop_deep(solid, first, start, end, part, is_kind, usable, deepest)
+
+
+@helper
 def _keep_whole(
     framed: _Words, size: tuple[int, int, int, int], boxes: _Ints, margin: int, usable: _Bools, is_hole: _Bools
-) -> None:
-    """Drop holes of every other pixel that are none in the mask, such as the tip of a wedge between two cables."""
-    if not (usable & is_hole).any():
-        return
+) -> bool:
+    """Drop holes of every other pixel that are none in the mask, such as the tip of a wedge between two cables.
+
+    Returns whether every other pixel shows all holes of the mask.
+    """
     h, w, top, left = size
     first, _, end, part, pixels = find_ground(framed, h + 2, w + 2)
     for k in range(len(usable)):
@@ -155,6 +231,7 @@ def _keep_whole(
                 i += 1
             tall, wide = boxes[k, 1] - boxes[k, 0] + 1, boxes[k, 3] - boxes[k, 2] + 1
             usable[k] = part[i] > 0 and pixels[part[i]] <= _STEP_PX**2 * tall * wide
+    return len(pixels) == 1 or pixels[1:].min() >= _MIN_SEEN_PX
 
 
 @helper
@@ -212,9 +289,9 @@ def _find_narrow(
             usable[k] = not is_mixed[k] and length + 2.0 * _ERROR > MIN_SLIT_WIDTHS * width[owner[k]]
     if not usable.any():
         return np.empty((0, 3), dtype=np.int64)
-    first, start, end, _, _ = find_ground(closed, height, columns)
-    piece, pieces = label_foreground(first, start, end)
-    widest = _measure_widths(first, start, end, piece, pieces)[1].max()
+    firsts_closed, starts_closed, ends_closed, _, _ = find_ground(closed, height, columns)
+    piece_closed, pieces = label_foreground(firsts_closed, starts_closed, ends_closed)
+    widest = _measure_widths(firsts_closed, starts_closed, ends_closed, piece_closed, pieces)[1].max()
     inside = np.full(len(mask), ~np.uint64(0), dtype=np.uint64)
     shallow = np.int64(DEEPEST_SLIT_WIDTHS * widest + _ERROR)
     deeper = np.int64(DEEPEST_HOLE_WIDTHS * widest + _ERROR) - shallow
@@ -225,7 +302,17 @@ def _find_narrow(
             k = part[i]
             if usable[k]:
                 usable[k] = not _holds_any(deepest if is_hole[k] else beneath, r, starts[i], ends[i])
-    _keep_whole(framed, size, boxes, margin, usable, is_hole)
+    if not usable.any():
+        return np.empty((0, 3), dtype=np.int64)
+    if _keep_whole(framed, size, boxes, margin, usable, is_hole) and usable.any():
+        left = WORD_BITS - margin  # the margin is cut to what the closing needs
+        solid = np.zeros((height, columns - 2 * left), dtype=np.bool_)
+        owners = np.empty(solid.shape, dtype=np.int32)
+        for r in range(rows):
+            for i in range(first[r], first[r + 1] - 1):
+                low, high = end[i] + margin, start[i + 1] + margin
+                solid[r + margin, low:high], owners[r + margin, low:high] = True, piece[i]
+        _keep_within(solid, owners, firsts, starts - left, ends - left, part, owner, is_hole, usable, len(area))
     count = 0
     for i in range(len(starts)):
         if usable[part[i]]:
