@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from dloftbs.evidence import Appearance, OcclusionEvidence, compare_colours
 from dloftbs.support.arrays import FloatArray
+from dloftbs.tracking.kernels.pairs import ratios_differ
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.sight import samples_within
 from dloftbs.tracking.track_model import TrackModel
@@ -39,18 +40,13 @@ def with_appearances(observations: Sequence[Observation], evidence: OcclusionEvi
 
 def objects_differ(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:
     """Return, for each track and observation, True if they differ clearly, in colour or in width, shape (t, d)."""
-    own, found = (np.array([one.width for one in some]) for some in (models, observations))
-    ratio = np.divide.outer(np.where(own > 0.0, own, np.nan), np.where(found > 0.0, found, np.nan))
-    by_width: npt.NDArray[np.bool_] = (ratio > MAX_WIDTH_RATIO) | (ratio < 1.0 / MAX_WIDTH_RATIO)
-    return by_width | _colours_differ(models, observations)
-
-
-def _colours_differ(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:
-    """Return the same by colour alone."""
+    own, found = (np.array([one.width for one in some], np.float64) for some in (models, observations))
+    by_width = ratios_differ(own, found, MAX_WIDTH_RATIO)
     if all(one.appearance is None for one in observations):
-        return np.zeros((len(models), len(observations)), np.bool_)
-    own, found = (_colours([one.appearance for one in some]) for some in (models, observations))
-    return compare_colours(*own, *found)
+        return by_width
+    colours, others = (_colours([one.appearance for one in some]) for some in (models, observations))
+    by_colour: npt.NDArray[np.bool_] = compare_colours(*colours, *others)
+    return by_width | by_colour
 
 
 def colour_differs(model: TrackModel, observation: Observation) -> bool:

@@ -17,6 +17,7 @@ from dloftbs.tracking.alignment import match_whole, place_part
 from dloftbs.tracking.appearance import colour_differs, objects_differ, width_ratio, widths_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
+from dloftbs.tracking.kernels.pairs import box_distances
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
@@ -131,19 +132,11 @@ def assign(
 
 def compute_gates(models: Sequence[TrackModel], lengths: FloatArray, share: float) -> FloatArray:
     """Return the largest distance for each pair, shape (tracks, observations)."""
-    widening = [min(1.0 + WIDENING_PER_S * float(m.sight.unseen_s.mean()), MAX_WIDENING) * share for m in models]
+    widening = [min(1.0 + WIDENING_PER_S * m.sight.mean_unseen_s, MAX_WIDENING) * share for m in models]
     least = [0.0 if math.isnan(m.width) else _MIN_GATE_WIDTHS * m.width for m in models]
     mean = np.sqrt(np.multiply.outer([m.length for m in models], lengths))
     gates: FloatArray = np.maximum(np.array(widening)[:, None] * mean, np.array(least)[:, None])
     return gates
-
-
-def box_distances(tracks: FloatArray, found: FloatArray) -> FloatArray:
-    """Return the distances between the boxes of tracks (t, m, 2) and of curves (d, m, 2), shape (t, d)."""
-    before = tracks.min(axis=1)[:, None] - found.max(axis=1)
-    after = found.min(axis=1) - tracks.max(axis=1)[:, None]
-    distances: FloatArray = np.linalg.norm(np.maximum(np.maximum(before, after), 0.0), axis=2)
-    return distances
 
 
 def _match(model: TrackModel, oriented: Observation, start: float, view: View, *, backwards: bool) -> PartialMatch:

@@ -10,11 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.data.curve_samples import SAMPLES
+from dloftbs.data.curve_samples import SAMPLES, U
 from dloftbs.evidence import HIDDEN
 from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
+from dloftbs.tracking.kernels.pairs import lie_near, mean_distance
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import TrackObservation, hidden_spans
 from dloftbs.tracking.sight import samples_within
@@ -124,8 +125,8 @@ def _measure_track(
         )
     place = 0.0
     for match in shown.matches:
-        low, high = np.clip(match.track_span, 0.0, 1.0)
-        expected = interpolate(model.predicted, np.linspace(low, high, SAMPLES))
+        low, high = match.clip_to_track().track_span
+        expected = interpolate(model.predicted, low + (high - low) * U)
         place += mean_distance(expected, match.observation.points) / len(shown.matches)
     hidden = samples_within(hidden_spans(shown.matches))
     covered = hidden & _is_covered(model, observations, view, width)
@@ -143,30 +144,9 @@ def _is_covered(
     model: TrackModel, observations: Sequence[Observation], view: View, width: float
 ) -> npt.NDArray[np.bool_]:
     """Return which samples of a track, as predicted, lie on any observation, or under what is known to hide them."""
-    covered = np.zeros(SAMPLES, np.bool_)
-    for one in observations:
-        covered |= _squared_distances_to_nearest(model.predicted, one.points) < width * width
+    covered = lie_near(model.predicted, np.array([one.points for one in observations]), width)
     known = view.look(model.predicted, model.width, model.curve_3d)
     return covered if known is None else covered | (known == HIDDEN)
-
-
-def _squared_distances_to_nearest(points: FloatArray, others: FloatArray) -> FloatArray:
-    """Return the squared distance of each point (n, 2) from the nearest of others (m, 2), px²."""
-    across, down = (points[:, k, None] - others[:, k] for k in (0, 1))
-    nearest: FloatArray = (across * across + down * down).min(axis=1)
-    return nearest
-
-
-def mean_distances(points: FloatArray, others: FloatArray) -> FloatArray:
-    """Return the mean distances of points (..., n, 2) from others in the same order, px, shape (...)."""
-    apart = points - others
-    distances: FloatArray = np.hypot(apart[..., 0], apart[..., 1]).mean(axis=-1)
-    return distances
-
-
-def mean_distance(points: FloatArray, others: FloatArray) -> float:
-    """Return the mean distance of points (n, 2) from others in the same order, px."""
-    return float(mean_distances(points, others))
 
 
 def length_surprise(model: TrackModel, one: Observation, length: float) -> float:

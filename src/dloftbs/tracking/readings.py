@@ -12,14 +12,14 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from dloftbs.tracking.appearance import objects_differ
-from dloftbs.tracking.assignment import box_distances, compute_gates
+from dloftbs.tracking.assignment import compute_gates
 from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.kernels.pairs import mean_distances
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.reading_features import (
     Reading,
     length_surprise,
-    mean_distances,
     measure_reading,
     measure_unseen,
     median_width,
@@ -67,17 +67,13 @@ def match_whole_objects(
     if not models or not observations:
         return {}
     width = median_width(models, observations)
-    shape = len(models), len(observations)
-    cost, there, back = np.full(shape, _APART), np.zeros(shape), np.zeros(shape)
     gates = compute_gates(models, np.array([one.length for one in observations]), gate)
     predicted, found = np.array([model.predicted for model in models]), np.array([one.points for one in observations])
     is_open = ~np.logical_or.outer([model.curve.closed for model in models], [one.curve.closed for one in observations])
-    possible = is_open & (box_distances(predicted, found) < gates) & ~objects_differ(models, observations)
-    tracks, parts = np.nonzero(possible)
-    there[possible] = mean_distances(predicted[tracks], found[parts])
-    back[possible] = mean_distances(predicted[tracks], found[parts, ::-1])
-    nearest = np.minimum(there, back)
-    for t, d in np.argwhere(possible & (nearest < gates)).tolist():
+    nearer = np.where(is_open & ~objects_differ(models, observations), gates, 0.0)
+    there, back = mean_distances(predicted, found, nearer)
+    nearest, cost = np.minimum(there, back), np.full(gates.shape, _APART)
+    for t, d in np.argwhere(nearest < gates).tolist():
         model, one = models[t], observations[d]
         if not (model.is_short(one) and _is_cut(one, model, view)):
             place = nearest[t, d] / (_PLACE_WIDTHS * width)

@@ -52,6 +52,8 @@ class Sight:
         Number of frames in which each sample was seen, bounded.
     unseen_s : numpy.ndarray, shape (SAMPLES,)
         Seconds since each sample was last seen.
+    mean_unseen_s : float
+        Their mean.
     hidden : tuple of (float, float)
         The intervals of ``u`` that the last frame did not show.
     inferred : tuple of (float, float)
@@ -67,6 +69,7 @@ class Sight:
     seen_frames: FloatArray
     inferred: Spans
     unseen_s: FloatArray = field(default_factory=lambda: np.zeros(SAMPLES))
+    mean_unseen_s: float = 0.0
     hidden: Spans = ()
     in_sight: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(SAMPLES, dtype=np.bool_))
     is_covered: bool = False
@@ -93,7 +96,8 @@ class Sight:
         shown = ~samples_within(gaps) if gaps else 1.0
         self.seen_frames = np.minimum(self.seen_frames + shown, _MAX_SEEN_FRAMES)
         if self.hidden or was_unseen:
-            self.unseen_s, self.in_sight = np.zeros(SAMPLES), np.zeros(SAMPLES, dtype=np.bool_)
+            self._set_unseen(np.zeros(SAMPLES))
+            self.in_sight = np.zeros(SAMPLES, dtype=np.bool_)
             self.hidden, self.is_covered = (), False
 
     def see_part(self, hidden: Spans, inferred: Spans, told: Told, widths: float, dt: float) -> None:
@@ -119,7 +123,7 @@ class Sight:
         self._set_unseen(self.unseen_s + dt)
 
     def _set_unseen(self, unseen_s: FloatArray) -> None:
-        self.unseen_s = unseen_s
+        self.unseen_s, self.mean_unseen_s = unseen_s, float(unseen_s.mean())
         self.confidence = float(np.exp2(unseen_s / -_HALF_LIFE_S).sum()) / SAMPLES
 
     def resample(self, u: FloatArray) -> None:
@@ -127,6 +131,7 @@ class Sight:
         new = (u < 0.0) | (u > 1.0)
         self.seen_frames = np.where(new, 0.0, np.interp(u, U, self.seen_frames))
         self.unseen_s = np.where(new, 0.0, np.interp(u, U, self.unseen_s))
+        self.mean_unseen_s = float(self.unseen_s.mean())
 
 
 def samples_within(spans: Spans) -> npt.NDArray[np.bool_]:
