@@ -190,6 +190,20 @@ class TestChanges:
         assert all("failed" not in str(result.reason) for result in results)
         assert results[-1].tracks == ()
 
+    def test_a_cable_that_comes_in_at_the_border_is_seen_at_once(self) -> None:
+        masks = [np.zeros(SIZE, bool) for _ in range(6)]
+        for shown, one in zip((0, 20, 20, 20, 300, 320), masks, strict=True):
+            one[118 : 118 + WIDTH_PX, :shown] = True
+        assert [len(result.detections) for result in follow(masks)] == [0, 1, 1, 1, 1, 1]
+
+    def test_known_objects_may_come_back_as_a_whole(self) -> None:
+        gate = MaskGate(TrackingConfig())
+        gate.accept(0.001, 0.0, shows_tracks=True, known=0.02)
+        assert gate.refuse(0.199, 0.1, readable=True) is None
+        assert gate.refuse(0.2, 0.1, readable=True) is not None
+        gate.accept(0.001, 0.2, shows_tracks=True)
+        assert gate.refuse(0.02, 0.3, readable=True) is not None
+
     def test_without_memory_nothing_is_refused(self) -> None:
         pipeline = Pipeline(Config(tracking=TrackingConfig(keep_lost_s=0.0)))
         results = follow([mask(0), mask(1), mask(2), np.zeros(SIZE, bool)], pipeline)

@@ -34,7 +34,7 @@ from dloftbs.kernels import preparation
 from dloftbs.lifting import DepthEdges
 from dloftbs.pipeline.held_ends import with_held_ends
 from dloftbs.pipeline.inspection import Segments, graph_segments, trace_stages
-from dloftbs.pipeline.mask_gate import MaskGate
+from dloftbs.pipeline.mask_gate import MaskGate, known_share
 from dloftbs.pipeline.plausibility import doubt_mask
 from dloftbs.pipeline.prompting import make_prompt
 from dloftbs.pipeline.published import NearestTracker, make_segments
@@ -193,7 +193,9 @@ class Pipeline:
         )
         if self._gate is not None and not run.has_failed:
             shows_tracks = any(track.state is TrackState.CONFIRMED for track in tracks)
-            self._gate.accept(run.share, frame.stamp, shows_tracks=shows_tracks)
+            assert isinstance(self._tracker, Tracker)
+            known = known_share((*tracks, *self._tracker.lost), frame.size)
+            self._gate.accept(run.share, frame.stamp, shows_tracks=shows_tracks, known=known)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         result = _result(frame, run, tracks)
         if result.harnesses:
