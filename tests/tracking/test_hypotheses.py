@@ -53,8 +53,8 @@ def test_of_those_that_end_in_the_same_objects_only_the_likeliest_goes_on():
     """Whoever they are, and whatever else there is that is not seen."""
     same = followed(0.0, FrameReading([whole(0), whole(1)], 0.0), FrameReading([whole(1), NOTHING, whole(0)], 1.0))
     other = followed(0.0, FrameReading([whole(0), half(1)], -1.0), FrameReading([half(1), whole(0)], -2.0))
-    less = followed(0.0, FrameReading([whole(0)], -3.0), FrameReading([whole(0), half(1, 0.3)], -4.0))
-    assert [one.nats for one in select_likeliest([*same, *other, *less])] == [1.0, -1.0, -3.0, -4.0]
+    less = followed(0.0, FrameReading([whole(0)], -2.0), FrameReading([whole(0), half(1, 0.3)], -2.5))
+    assert [one.nats for one in select_likeliest([*same, *other, *less])] == [1.0, -1.0, -2.0, -2.5]
 
 
 def test_an_object_that_a_frame_begins_has_one_id_in_all_hypotheses():

@@ -15,7 +15,7 @@ from dloftbs.evidence import OcclusionEvidence
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.observation import make_observations
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
-from dloftbs.tracking.reading_features import Features, mean_distance, mean_distances, measure_reading
+from dloftbs.tracking.reading_features import Features, measure_reading
 from dloftbs.tracking.reading_weights import WEIGHTS
 from dloftbs.tracking.readings import (
     find_groups,
@@ -81,14 +81,6 @@ def test_a_hidden_half_is_bare_or_covered_by_what_lies_on_it_or_is_known_to_hide
     occluders[50:150, 290:520] = True
     hidden = View((600, 900), OcclusionEvidence(occluders=occluders))
     assert Features(*measure_reading(models, seen[:1], shown, hidden)).covered == pytest.approx(half, rel=0.02)
-
-
-def test_distances_of_stacks_are_to_the_last_bit_those_of_each_pair():
-    points, others = np.random.default_rng(0).normal(0.0, 300.0, (2, 5, 64, 2))
-    found = mean_distances(points, others)
-    assert found.tolist() == [mean_distance(one, other) for one, other in zip(points, others, strict=True)]
-    for one, pair in zip(found.tolist(), zip(points.tolist(), others.tolist(), strict=True), strict=True):
-        assert one == pytest.approx(math.fsum(map(math.dist, *pair)) / 64)
 
 
 def test_whole_objects_are_the_nearest_tracks_as_a_whole_in_either_direction():
