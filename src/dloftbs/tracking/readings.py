@@ -60,9 +60,10 @@ def match_whole_objects(
 ) -> Reading:
     """Return the best reading of a frame in which each observation is a whole object: a track's, or a new one.
 
-    It lies within the gate, a share of its length, of where the track is predicted. Loops have no ends that would say
-    where an observation lies on them, and are left out, and so are those that are short and end under what hides them.
-    What lies about as near in either direction has that in which parts of it show the track, `of_tracks`.
+    It lies within the gate, a share of its length, of where the track is predicted. The track may be a part of it: then
+    more is seen than before. Loops have no ends that would say where an observation lies on them, and are left out, and
+    so are those that are short and end under what hides them. What lies about as near in either direction has that in
+    which parts of it show the track, `of_tracks`.
     """
     if not models or not observations:
         return {}

@@ -9,6 +9,13 @@ import numpy.typing as npt
 from numba import float64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.tracking.kernels.interpolation import value_at
+
+_STARTS = 32
+"""Number of places along a curve from which a shorter track is compared with it, at most.
+
+Source: bounds time; one to two of a curve's samples.
+"""
 
 _Floats = npt.NDArray[np.float64]
 _Bools = npt.NDArray[np.bool_]
@@ -60,6 +67,31 @@ def _mean_distance(points: _Floats, others: _Floats, is_reversed: bool) -> float
     return total / len(points)
 
 
+@helper
+def _length(points: _Floats) -> float:
+    """Return the length of the polygon through points (m, 2)."""
+    length = 0.0
+    for k in range(1, len(points)):
+        x, y = points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1]
+        length += math.sqrt(x * x + y * y)
+    return length
+
+
+@helper
+def _distance_as_part(points: _Floats, curve: _Floats, share: float, is_reversed: bool) -> float:
+    """Return the least mean distance of points (m, 2) from a share of a curve's samples, of all places along it."""
+    last, least = len(points) - 1, np.inf
+    starts = math.ceil((1.0 - share) * _STARTS)
+    for start in range(starts + 1):
+        first, total = (1.0 - share) * start / max(starts, 1), 0.0
+        for k in range(len(points)):
+            place = (first + share * (last - k if is_reversed else k) / last) * (len(curve) - 1)
+            x, y = points[k, 0] - value_at(curve, place, 0), points[k, 1] - value_at(curve, place, 1)
+            total += math.sqrt(x * x + y * y)
+        least = min(least, total / len(points))
+    return least
+
+
 @kernel(read(float64, 2), read(float64, 2))
 def mean_distance(points: _Floats, others: _Floats) -> float:
     """Return the mean distance of points (m, 2) from others in the same order, px."""
@@ -68,7 +100,7 @@ def mean_distance(points: _Floats, others: _Floats) -> float:
 
 @kernel(read(float64, 3), read(float64, 3), read(float64, 2))
 def mean_distances(tracks: _Floats, found: _Floats, nearer: _Floats) -> tuple[_Floats, _Floats]:
-    """Return the mean distances of tracks from curves, sample by sample.
+    """Return the mean distances of tracks from curves, sample by sample; a track may be a part of a longer curve.
 
     Parameters
     ----------
@@ -89,6 +121,11 @@ def mean_distances(tracks: _Floats, found: _Floats, nearer: _Floats) -> tuple[_F
             if apart[t, f] < nearer[t, f]:
                 there[t, f] = _mean_distance(tracks[t], found[f], False)
                 back[t, f] = _mean_distance(tracks[t], found[f], True)
+                length, longer = _length(tracks[t]), _length(found[f])
+                if length < longer:
+                    share = length / longer
+                    there[t, f] = min(there[t, f], _distance_as_part(tracks[t], found[f], share, False))
+                    back[t, f] = min(back[t, f], _distance_as_part(tracks[t], found[f], share, True))
     return there, back
 
 
