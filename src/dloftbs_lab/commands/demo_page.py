@@ -54,8 +54,8 @@ the curves to the nearest visible pixel. L3: of a curve from the true one, hidde
 <a href="{README}">{README}</a>.</p>
 <h2>What to run next</h2>
 <pre>{escape(next_commands)}</pre>
-<p><code>view</code> and <code>tune</code> need an extra: <code>pip install "dloftbs[ui]"</code>. After <code>make demo</code>, run
-<code>. .venv/bin/activate</code> first.</p>
+<p><code>view</code> and <code>tune</code> need an extra: <code>pip install "dloftbs[ui]"</code>. After
+<code>make demo</code>, run <code>. .venv/bin/activate</code> first.</p>
 <h2>In space</h2>
 <img src="space.png" alt="A cable in space: picture, depth, and its curve from above and from the side">
 <h2>A dozen frames</h2>
