@@ -51,7 +51,7 @@ def tune(
     config: Config,
     page: PageOptions,
 ) -> None:
-    """Serve a page where strokes or sliders show what is cable.
+    """Serve a page where strokes or sliders mark the cable.
 
     INPUT is what `dloftbs track` takes. The page shows picture, mask and curves while you draw, and the number of
     objects over the whole video. Save writes the settings that --config reads. The page can read and write nothing
