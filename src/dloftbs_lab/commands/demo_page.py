@@ -43,7 +43,8 @@ def demo_page(figures: list[tuple[str, str]], space_command: str) -> str:
 <body>
 <h1>The demo of dloftbs {escape(__version__)}</h1>
 <p>A rendered video of two cables. Each was found by its colour, in every frame, and tracked: the blue one has a yellow
-curve, the pink one a light blue curve. A dot is the start, a ring the end; dashes were inferred, not seen.</p>
+curve, the pink one a light blue curve. A dot is the start, a ring the end; dashes were inferred, not seen.
+The default scene was chosen: with another <code>--seed</code>, some frames are misread.</p>
 <video src="{OVERLAY}" autoplay loop muted playsinline controls></video>
 <h2>How well that went</h2>
 <table>
