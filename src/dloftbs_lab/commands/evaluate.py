@@ -216,7 +216,8 @@ def _check_out(names: tuple[str, ...], out: Path) -> None:
         If labelled data lies in a folder that is written to, or around it, or other files have the results' names.
     """
     from dloftbs.errors import SinkError
-    from dloftbs_lab.evaluation.report.write import FRAMES, JOINTS, JSON, MARKDOWN, PAGES, PLOTS, SUMMARY, TABLES, WORST
+    from dloftbs_lab.evaluation.report.pages import WORST
+    from dloftbs_lab.evaluation.report.write import FRAMES, JOINTS, JSON, MARKDOWN, PAGES, PLOTS, SUMMARY, TABLES
     from dloftbs_lab.evaluation.suites import SUITES, place_of
 
     for name in names:
