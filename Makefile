@@ -58,7 +58,7 @@ bench: .venv/installed-dev
 	$(BIN)/python -m benchmarks.summary --details docs/maintainers/performance-details.md --docs docs/performance.md
 
 # docs/results.md and the pages that it leads to, with the line of README and the paper's figures: the default method,
-# the published one, and the baseline that is told the start; half an hour on two cores, whatever is finished stays in
+# the published one, and the baseline that is told the start; 80 minutes on two cores, whatever is finished stays in
 # build/. SCALE=0.05 has fewer scenes, and says so. Photographs are scored where there are any; else their page stays.
 results: .venv/installed-dev
 	$(BIN)/dloftbs evaluate --method default,paper,cpd --scale $(SCALE) --out build/results

@@ -37,7 +37,10 @@ def test_an_image_in_which_nothing_is_found_says_so_beside_its_pictures(tmp_path
     said = run("detect", image, "--hsv", RED, "--overlay", overlay).stderr
     assert said.startswith("nothing found: nothing of the mask is left after the opening by 3 x 3 px")
     assert "widen the colour, or draw a stroke" in said
-    assert run("detect", save(tmp_path / "red.png", photo()), "--hsv", RED, "--overlay", overlay).stderr == ""
+    assert (
+        run("detect", save(tmp_path / "red.png", photo()), "--hsv", RED, "--overlay", overlay).stderr
+        == "found 1 object\n"
+    )
 
 
 def test_several_colours_are_all_cable(tmp_path):
@@ -127,7 +130,7 @@ def test_files_take_the_place_of_standard_output(tmp_path):
     image = save(tmp_path / "mask.png", mask())
     out = tmp_path / "new" / "curves.jsonl"
     result = run("detect", image, "--out", out, "--out", tmp_path / "points.csv", "--set", "fitting.knots=9")
-    assert result.output == ""
+    assert (result.stdout, result.stderr) == ("", "found 1 object\n")
     (line,) = read_json_lines(out)
     assert len(line["detections"]) == 1
     assert (tmp_path / "points.csv").read_text().count("\n") == 101
@@ -157,6 +160,13 @@ def test_depth_and_a_camera_give_metres(tmp_path):
     curve = BSplineCurve.from_dict(line["detections"][0]["curve_3d"])
     radius_m = 2.5 * 0.5 / 100
     assert curve.sample(20)[:, 2] == pytest.approx(0.5 + radius_m, abs=0.001)
+
+
+def test_depth_without_a_camera_gives_no_metres_and_says_so(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    save(tmp_path / "depth.png", np.full((100, 200), 500, np.uint16))
+    said = run("detect", image, "--depth", tmp_path / "depth.png").stderr
+    assert said == "no curve in space: the frame has depth, but no camera (camera=, --camera)\n"
 
 
 def test_a_results_file_that_cannot_be_written_ends_the_run(tmp_path):

@@ -112,15 +112,27 @@ def test_there_is_no_option_where_the_number_is_known_or_the_frames_do_not_say_i
 
 def test_the_line_says_how_the_run_stands():
     report = RunReport(100)
-    report.add(result((1, 2), skeleton=2.0, linking=1.0))
+    for _ in range(2):
+        report.add(result((1, 2), skeleton=2.0, linking=1.0))
     line = report.line()
-    assert line.startswith("1/100 frames")
+    assert line.startswith("2/100 frames")
     assert "frames/s" in line
     assert " left  " in line
     assert "pipeline 2.99 ms" in line
     assert line.endswith("2 tracks")
     report.length = None
     assert " left" not in report.line()
+
+
+def test_the_time_that_is_left_does_not_count_what_the_first_frame_compiled(monkeypatch):
+    clock = iter([0.0, 400.0, 401.0, 402.0])
+    monkeypatch.setattr("dloftbs.cli.stream_report.perf_counter", lambda: next(clock))
+    report = RunReport(91)
+    report.add(result())
+    assert " left" not in report.line()
+    report.add(result())
+    report.add(result())
+    assert "  1:28 left  " in report.line()
 
 
 def test_images_have_objects_and_no_tracks():

@@ -116,7 +116,7 @@ def test_a_curve_too_far_away_to_be_stored_is_none() -> None:
 
 def test_depth_without_a_camera_says_so() -> None:
     (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), depth=np.ones(SIZE))
-    assert detection.no_3d_reason == "the frame has depth, but no camera to turn it into metres"
+    assert detection.no_3d_reason == "the frame has depth, but no camera (camera=, --camera)"
 
 
 def test_depth_of_another_size_is_refused() -> None:

@@ -301,7 +301,7 @@ def test_a_scene_without_any_object_in_space_is_an_error_and_no_file(tmp_path, s
         (tmp_path / "a").mkdir()
         (tmp_path / "a" / f"000000{suffix}").write_text(before)
     there = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
-    reason = "the frame has depth, but no camera to turn it into metres"
+    reason = "the frame has depth, but no camera (camera=, --camera)"
     with pytest.raises(SinkError) as caught:
         write(path, result(in_space(None, reason)), examples.nothing(1))
     assert str(caught.value) == (

@@ -79,16 +79,16 @@ def answer_options(command: Command) -> Command:
         "answer_kinds",
         metavar="topology,shape,std",
         callback=_parse_kinds,
-        help="Answers to add to JSON lines, after commas: knots and crossings (topology), tightest bend and lengths "
-        "(shape), the standard deviation along each curve (std), which overlays draw as a band.",
+        help="Add answers to JSON lines, separated by commas: knots and crossings (topology), tightest bend and length "
+        "(shape), standard deviation along each curve (std). Overlays draw the deviation as a band.",
     )
     @click.option(
         "--min-bend-radius",
         "bend_limit",
         metavar="METRES|Npx",
         callback=_parse_limit,
-        help="Warn where a cable bends more than this, in metres where there is depth, or in pixels, as in 40px; "
-        "overlays show the place, and a .csv has the radii.",
+        help="Warn where a cable bends more tightly: in metres (needs depth), or in pixels such as 40px. "
+        "Overlays show the place; a .csv has the radii.",
     )
     @functools.wraps(command)
     def with_answers(*args: Any, answer_kinds: tuple[str, ...], bend_limit: BendLimit | None, **kwargs: Any) -> None:

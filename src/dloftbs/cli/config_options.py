@@ -46,8 +46,8 @@ roi_option = click.option(
     "--roi",
     metavar="X,Y,W,H|X,Y:X,Y:X,Y...",
     callback=parse_roi,
-    help="Region of interest, in pixels: a rectangle, or the corners of a polygon. The rest of the image is left out, "
-    "and a cable ends at its edge as at the image's border; curves stay in pixels of the whole image.",
+    help="Region of interest in pixels: a rectangle, or the corners of a polygon. The rest of the image is ignored. "
+    "Curves stay in pixels of the whole image.",
 )
 
 
@@ -64,7 +64,7 @@ def config_options(command: Command) -> Command:
         "config_file",
         type=file_path(),
         metavar="FILE",
-        help="Read settings from a YAML file, as `dloftbs config print` writes it; what it leaves out stays as it is.",
+        help="Read settings from a YAML file, as `dloftbs config print` writes it. Missing settings stay unchanged.",
     )
     @click.option(
         "--set",
@@ -72,7 +72,7 @@ def config_options(command: Command) -> Command:
         multiple=True,
         metavar="SECTION.KEY=VALUE",
         callback=parse_changes,
-        help="Change one setting, e.g. linking.objects=1; the value is YAML. Repeatable.",
+        help="Change one setting, such as linking.objects=1. The value is YAML. Repeatable.",
     )
     @click.option(
         "--hsv",
@@ -80,46 +80,46 @@ def config_options(command: Command) -> Command:
         metavar="COLOUR|H0:H1[,S0:S1[,V0:V1]]",
         callback=parse_hsv,
         help="Colour of a cable: a word (red, orange, yellow, green, cyan, blue, purple, magenta, pink, white, grey, "
-        "black) or ranges of hue 0..179, saturation and value 0..255, as OpenCV has them. "
-        "Hue wraps: 170:10 is red; saturation and value are from 40 on where none are given. Repeatable; "
-        "a pixel in any of them is cable.",
+        "black) or ranges on OpenCV's scale: hue 0..179, saturation and value 0..255. "
+        "Hue wraps around: 170:10 is red. Saturation and value begin at 40 by default. Repeatable: "
+        "a pixel in any range is cable.",
     )
     @click.option(
         "--local",
         type=click.Choice(("darker", "brighter")),
-        help="Cables are darker, or brighter, than the ground beside them; with a colour as well, a pixel must be "
-        "both (--set segmentation.local.join=or: one of them).",
+        help="Cables are darker, or brighter, than the ground beside them. If a colour is given, too, a pixel must "
+        "meet both conditions (either one with --set segmentation.local.join=or).",
     )
     @click.option(
         "--background",
         type=file_path(),
         metavar="FILE",
-        help="Picture of the same place without cables, for a camera that stands still, as `dloftbs background` makes "
-        "it: what differs is cable; with a colour as for --local (segmentation.background.join).",
+        help="Picture of the same place without cables, from `dloftbs background`, for a camera that stands still. "
+        "All that differs is cable. A colour combines with it as with --local (segmentation.background.join).",
     )
     @click.option(
         "--objects",
         type=click.IntRange(1, MAX_OBJECTS),
         metavar="N",
-        help="Number of cables, if it is known: pieces are joined to N objects, and the rest is dropped.",
+        help="Number of cables, if known. Pieces are joined to N objects, and the rest is dropped.",
     )
     @click.option(
         "--branched",
         is_flag=True,
-        help="Objects may branch, as wiring harnesses do: where three or more ends meet, they may be one branch point.",
+        help="Allow branches, as in wiring harnesses: three or more ends that meet may form a branch point.",
     )
     @click.option(
         "--min-confidence",
         type=click.FloatRange(0.0, 1.0),
         metavar="P",
-        help="Least probability of a gap that is bridged, 0.5 where nothing else is stated: pieces with less between "
-        "them stay apart, each with the other in its near_joints. 0 bridges all that bend little.",
+        help="Bridge gaps of at least this probability. Default: 0.5. Other pieces stay apart, each with the other in "
+        "its near_joints. 0 bridges all gaps that bend little.",
     )
     @click.option(
         "--mask-is",
         type=click.Choice(("auto", "binary", "probability", "labels")),
-        help="Meaning of the values of masks: cable wherever they are not 0 (binary), numbers of objects (labels), or "
-        "a probability, as networks give it; auto takes many grey values, nearly all of them sure, for one.",
+        help="Meaning of mask values: binary (any non-zero is cable), labels (object numbers) or probability (a "
+        "network's output). auto reads many grey values, most of them near black or white, as a probability.",
     )
     @roi_option
     @functools.wraps(command)

@@ -37,7 +37,8 @@ class SectionedCommand(click.Command):
         rows: dict[str, list[tuple[str, str]]] = {heading: [] for heading in SECTIONS}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx)
-            if record is not None:
+            # Arguments are in the line of usage and in the text; some versions of click list them again, bare.
+            if record is not None and not isinstance(parameter, click.Argument):
                 rows[homes.get(parameter.name or "", _REST)].append(record)
         for heading, records in rows.items():
             if records:

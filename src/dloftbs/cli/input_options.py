@@ -220,10 +220,16 @@ def topic_options(command: Command) -> Command:
     """Add the options that name the topics of a recording: `topic`, `depth_topic`, `info_topic`."""
     options = (
         click.option(
-            "--topic", metavar="NAME", help="Topic of the images in a recording of ROS; needed where there are several."
+            "--topic", metavar="NAME", help="Topic of the images in a ROS recording; needed if there are several."
         ),
-        click.option("--depth-topic", metavar="NAME", help="Topic of depth in a recording, registered to the images."),
-        click.option("--info-topic", metavar="NAME", help="Topic of the images' camera (CameraInfo) in a recording."),
+        click.option(
+            "--depth-topic",
+            metavar="NAME",
+            help="Topic of the depth images in a ROS recording, registered to the images.",
+        ),
+        click.option(
+            "--info-topic", metavar="NAME", help="Topic of the camera's intrinsics (CameraInfo) in a ROS recording."
+        ),
     )
     for option in reversed(options):
         command = option(command)
@@ -238,58 +244,59 @@ def input_options(command: Command) -> Command:
         type=click.Choice(("auto", "image", "mask")),
         default="auto",
         show_default=True,
-        help="Kind of the frames. auto: grey image files, and labels in indexed colour, are masks, in which any "
-        "non-zero is cable, unless there is a colour to find in them.",
+        help="Read the frames as images or as masks, in which any non-zero pixel is cable. auto: grey files and label "
+        "images are masks, unless a colour is given.",
     )
     @click.option(
         "--depth",
         type=FilledPath(),
         metavar="PATH|RULE",
-        help='Depth registered to the frames: a file or folder, or a naming rule such as "{stem}_depth.png".',
+        help='Depth registered to the frames: a file, a folder, or a naming rule such as "{stem}_depth.png".',
     )
     @click.option(
         "--masks",
         type=FilledPath(),
         metavar="PATH|RULE",
-        help="Masks for the frames, in the same ways, in place of a colour.",
+        help='Masks of the frames, in place of a colour: a file, a folder, or a naming rule such as "{stem}_mask.png".',
     )
     @click.option(
         "--occluders",
         type=FilledPath(),
         metavar="PATH|RULE",
-        help="Masks of what may hide cables (a robot, a hand), in the same ways.",
+        help="Masks of what may hide cables, such as a robot or a hand: a file, a folder or a naming rule.",
     )
     @click.option(
         "--instances",
         type=FilledPath(),
         metavar="PATH|RULE",
-        help='A mask per object, which says who is who: label images, or "{stem}_mask_*.png" for a file an object, '
-        '"{stem}.json" (labelme), "{stem}.txt" (YOLO), coco.json for all frames. In place of a colour.',
+        help='One mask per object, in place of a colour: label images, "{stem}_mask_*.png" for one file per object, '
+        '"{stem}.json" (labelme), "{stem}.txt" (YOLO), or a COCO file for all frames.',
     )
     @click.option(
         "--camera",
         type=FilledPath(),
         metavar="FX,FY,CX,CY|FILE",
-        help="Intrinsics in pixels, or a calibration (YAML, JSON, XML), lens distortion included; with depth, curves "
-        "are in metres too.",
+        help="Intrinsics in pixels, or a calibration file (YAML, JSON, XML) with lens distortion. With depth, curves "
+        "are in metres, too.",
     )
     @click.option(
         "--registration",
         type=FilledPath(),
         metavar="FILE",
-        help="Depth is of a camera of its own: YAML or JSON with depth_camera, colour_camera, rotation, translation_m.",
+        help="Registration of a separate depth camera: YAML or JSON with depth_camera, colour_camera, rotation and "
+        "translation_m.",
     )
     @click.option(
         "--depth-unit",
         type=click.FloatRange(MIN_DEPTH_UNIT_M, MAX_DEPTH_UNIT_M),
         metavar="METRES",
-        help="Metres per unit of integer depth images; default 0.001, millimetres. Floating-point depth is in metres.",
+        help="Metres per unit of integer depth. Default: 0.001 (millimetres). Floating-point depth is in metres.",
     )
     @topic_options
     @click.option(
         "--mask-topic",
         metavar="NAME",
-        help="Topic of the images' masks in a recording, in place of a colour; images without a mask are left out.",
+        help="Topic of the masks in a ROS recording, in place of a colour. Images without a mask are skipped.",
     )
     @functools.wraps(command)
     def with_inputs(
@@ -324,18 +331,18 @@ def input_options(command: Command) -> Command:
 
 
 limit_option = click.option(
-    "--limit", type=click.IntRange(1, MAX_FRAMES), metavar="N", help="Stop after N frames that were used."
+    "--limit", type=click.IntRange(1, MAX_FRAMES), metavar="N", help="Stop after N used frames."
 )
 every_option = click.option(
     "--every",
     type=click.IntRange(1, MAX_FRAMES),
     default=1,
     metavar="N",
-    help="Use every Nth frame alone: a quick look at a long video.",
+    help="Use every Nth frame only, for a quick look at a long video.",
 )
 fps_option = click.option(
     "--fps",
     type=click.FloatRange(0.01, 1000.0),
     metavar="RATE",
-    help="Frames per second of the input, for its stamps; a video of overlays has 30 if nobody says.",
+    help="Frame rate of the input. It replaces all stamps. Overlay videos of inputs without a rate have 30.",
 )

@@ -68,14 +68,14 @@ stages_option = click.option(
     type=FilledPath(),
     metavar="FOLDER|PNG",
     callback=check_pictures(video=False),
-    help="Draw a figure of all stages of each frame by itself, in a folder, or in a file for a single one: it shows "
+    help="Draw a figure of all stages per frame: into a folder, or into a file for a single frame. It shows "
     "where a mask or a curve goes wrong.",
 )
 with_input_option = click.option(
     "--with-input",
     is_flag=True,
-    help="Write the input into recordings of ROS, too, so that one file shows all: the messages of all topics of a "
-    "recording of ROS 2 as they are, else images, depth and camera.",
+    help="Write the input into ROS recordings, too. From a ROS 2 recording, all messages are copied; "
+    "from other inputs, images, depth and camera.",
 )
 out_option = click.option(
     "--out",
@@ -85,8 +85,8 @@ out_option = click.option(
     type=FilledPath(),
     metavar="FILE",
     callback=check_data_paths,
-    help="Write curves to a file: .jsonl, .npz or .csv; in space .ply or .obj, and for simulators .usda (USD) or .xml "
-    "(MuJoCo). Write labels for training to .json (COCO: masks) or a folder .labelme (lines). .rrd is for the "
-    "viewer of Rerun. A file .mcap, or another folder that ends in /, is a recording of ROS. - is JSON lines on "
-    "standard output. Repeatable. The configuration used is written beside the first file, as NAME.config.yaml.",
+    help="Write curves; the suffix names the format. Curves: .jsonl, .npz, .csv. Meshes in metres: .ply, .obj. "
+    "Simulators: .usda (USD), .xml (MuJoCo). Training labels: .json (COCO masks), a folder .labelme (lines). "
+    "Viewers: .rrd (Rerun), .mcap or a folder ending in / (ROS 2 recording). - prints JSON lines. Repeatable. "
+    "NAME.config.yaml beside the first file keeps the settings.",
 )

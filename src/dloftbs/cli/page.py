@@ -49,13 +49,15 @@ def page_options(command: Command) -> Command:
         default=HOST,
         show_default=True,
         metavar="ADDRESS",
-        help="Address to serve the page at. By default only this machine can open it; 0.0.0.0 is every network.",
+        help="Address to serve the page at. By default only this machine can open it; 0.0.0.0: all networks can.",
     )
     @click.option(
-        "--port", type=click.IntRange(0, 65535), metavar="N", help="Port; 8765 or another free one where nobody says."
+        "--port", type=click.IntRange(0, 65535), metavar="N", help="Port. Default: 8765, or another free one."
     )
     @click.option(
-        "--browser/--no-browser", default=None, help="Open the page in a browser; by default on a desktop's terminal."
+        "--browser/--no-browser",
+        default=None,
+        help="Open the page in a browser. Default: yes, in a terminal on a desktop.",
     )
     @functools.wraps(command)
     def with_page(*args: Any, host: str, port: int | None, browser: bool | None, **kwargs: Any) -> None:

@@ -42,12 +42,14 @@ class RunReport:
         self.masks: MaskSamples | None = None
         self._tracked = tracked
         self._start = perf_counter()
-        self._last = self._start
+        self._first = self._last = self._start
 
     def add(self, result: FrameResult) -> None:
         """Count a frame."""
         self.frames += 1
         self._last = perf_counter()
+        if self.frames == 1:
+            self._first = self._last
         self.total.add(result.total_ms)
         for stage, ms in result.stage_ms.items():
             self.stages.setdefault(stage, LatencyHistogram()).add(ms)
@@ -78,11 +80,23 @@ class RunReport:
         """Return how the run stands, in a line."""
         of = "" if self.length is None else f"/{self.length}"
         parts = [f"{self.frames}{of} frames", f"{self.rate:.1f} frames/s"]
-        if self.length is not None and self.rate > 0.0:
-            parts.append(f"{_clock(max(self.length - self.frames - self.skipped, 0) / self.rate)} left")
+        if self.length is not None and (rate := self._steady_rate()) > 0.0:
+            parts.append(f"{_clock(max(self.length - self.frames - self.skipped, 0) / rate)} left")
         parts.append(f"pipeline {self.total.percentile(50):.2f} ms (p99 {self.total.percentile(99):.2f})")
         parts.append(f"{len(self.steadiness.shown)} tracks" if self._tracked else f"{self.objects} objects")
         return "  ".join(parts)
+
+    def outcome(self, *, printed: bool) -> list[str]:
+        """Return what a single image came to, in a line or two.
+
+        Parameters
+        ----------
+        printed : bool
+            Whether its objects are printed anyway.
+        """
+        found = f"found {self.objects} object{'s' * (self.objects != 1)}"
+        lines = [f"nothing found: {reason}" for reason in self.reasons.counts()] or [found] * (not printed)
+        return lines + [f"no curve in space: {reason}" for reason in self.reasons_3d.counts()]
 
     def summary(self, *, faults: bool = True) -> str:
         """Return what the run came to, in a few lines; without its faults where those are reported elsewhere."""
@@ -114,6 +128,11 @@ class RunReport:
         if usual := self.steadiness.usual_number():
             warnings.append(f"{usual[1]}: --objects {usual[0]}")
         return warnings
+
+    def _steady_rate(self) -> float:
+        """Return frames per second since the first frame, which may have compiled the kernels."""
+        seconds = self._last - self._first
+        return (self.frames - 1) / seconds if seconds > 0.0 else 0.0
 
     def _timing(self) -> list[str]:
         rows = [*self.stages.items(), ("pipeline", self.total)]

@@ -14,9 +14,7 @@ def why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame) -> str:
     if mask.any():
         side = config.cleaning.open_px
         hint = (
-            ""
-            if frame.mask is not None
-            else ": the segmentation marks specks alone; widen the colour, or draw a stroke"
+            "" if frame.mask is not None else ": the segmentation marks only specks; widen the colour, or draw a stroke"
         )
         return f"nothing of the mask is left after the opening by {side} x {side} px{hint}"
     if frame.mask is not None:

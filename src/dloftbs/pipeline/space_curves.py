@@ -34,7 +34,7 @@ def with_curves_in_space(
     """Return the detections with their curves in space, or with the reason why there is none."""
     depth, camera = frame.depth, frame.camera
     if depth is None or camera is None:
-        why = NO_DEPTH if depth is None else "the frame has depth, but no camera to turn it into metres"
+        why = NO_DEPTH if depth is None else "the frame has depth, but no camera (camera=, --camera)"
         return tuple(Detection._unchecked(d.centerline, d.curve, no_3d_reason=why) for d in detections)
     knots = config.fitting.knots
     if isinstance(config.lifting, PixelLiftingConfig):

@@ -57,8 +57,8 @@ _GRID_PX = 4
 Source: bounds time; 19,200 of 640 x 480 give the share to a percent.
 """
 _NO_GROUND = (
-    "read as a mask, but no grey level is that of the ground: a picture is read as one with --hsv or --config, and "
-    "scores have to be thresholded first"
+    "read as a mask, but no grey level is frequent enough to be the ground: read a photograph with --kind image and a "
+    "colour, and threshold scores first"
 )
 
 
@@ -382,8 +382,8 @@ def as_mask(pixels: AnyArray) -> AnyArray:
 def _to_image(pixels: AnyArray) -> AnyArray:
     if pixels.dtype != np.uint8:
         raise SourceError(
-            f"an image must have 8 bits per channel, got {pixels.dtype}; convert it, or use it as a "
-            "mask: kind='mask' (--kind mask)"
+            f"an image must have 8 bits per channel, got {pixels.dtype}; convert it, as by cv2.imread(file), or use it "
+            "as a mask: kind='mask' (--kind mask)"
         )
     return pixels if pixels.ndim == 3 else np.repeat(pixels[:, :, None], 3, axis=2)
 

@@ -43,7 +43,8 @@ def demo_page(figures: list[tuple[str, str]], space_command: str) -> str:
 <body>
 <h1>The demo of dloftbs {escape(__version__)}</h1>
 <p>A rendered video of two cables. Each was found by its colour, in every frame, and tracked: the blue one has a yellow
-curve, the pink one a light blue curve. A dot is the start, a ring the end; dashes were inferred, not seen.</p>
+curve, the pink one a light blue curve. A dot is the start, a ring the end; dashes were inferred, not seen.
+The default scene was chosen: with another <code>--seed</code>, some frames are misread.</p>
 <video src="{OVERLAY}" autoplay loop muted playsinline controls></video>
 <h2>How well that went</h2>
 <table>
@@ -54,7 +55,8 @@ the curves to the nearest visible pixel. L3: of a curve from the true one, hidde
 <a href="{README}">{README}</a>.</p>
 <h2>What to run next</h2>
 <pre>{escape(next_commands)}</pre>
-<p><code>view</code> and <code>tune</code> need the page: <code>pip install "dloftbs[ui]"</code>.</p>
+<p><code>view</code> and <code>tune</code> need an extra: <code>pip install "dloftbs[ui]"</code>. After
+<code>make demo</code>, run <code>. .venv/bin/activate</code> first.</p>
 <h2>In space</h2>
 <img src="space.png" alt="A cable in space: picture, depth, and its curve from above and from the side">
 <h2>A dozen frames</h2>

@@ -21,12 +21,14 @@ from dloftbs_lab.synthetic import TwoCameraSequence
 
 LEFT, RIGHT, RIG, OVERLAY = "left.mp4", "right.mp4", "rig.yaml", "overlay.mp4"
 CURVES = ("curves.jsonl", "curves.ply")
+MESHES = "curves/"
 WHAT = {
     LEFT: "the video of the left camera, drawn",
     RIGHT: "that of the right one, 300 mm beside it",
     RIG: "both cameras and their poses",
     OVERLAY: "the left video with the curves",
-    **dict.fromkeys(CURVES, "the curves in metres"),
+    CURVES[0]: "the curves in metres, one line of JSON a frame",
+    MESHES: "the curves in metres, a mesh a frame",
 }
 DRAWN = "two videos of a cable"
 _VARIANT = "300 mm, 0.8 m"

@@ -30,8 +30,8 @@ _NO_TRACKING = "no tracking tables: so few frames say nothing of tracking, run w
     default=_METHODS,
     show_default=True,
     metavar="METHOD",
-    help="default, paper, stereo, cpd (a baseline), FILE.yaml (a configuration), MODULE:CALLABLE. Repeatable, or with "
-    "commas.",
+    help="Methods to score: default, paper, stereo, cpd (a baseline), FILE.yaml (a configuration), MODULE:CALLABLE. "
+    "Repeatable, or separated by commas.",
 )
 @method_options
 @click.option(
@@ -41,26 +41,34 @@ _NO_TRACKING = "no tracking tables: so few frames say nothing of tracking, run w
     default="evaluation",
     show_default=True,
     metavar="FOLDER",
+    help="Folder of the results.",
 )
 @click.option(
     "--paper",
     "is_paper",
     is_flag=True,
-    help="Print the paper's tables I to IV, each with these methods beneath.",
+    help="Print tables I to IV of the paper, with the rows of these methods below.",
 )
-@click.option("--quick", is_flag=True, help="A tenth of the scenes, of 640x360; without tables of tracking.")
+@click.option("--quick", is_flag=True, help="Score a tenth of the scenes, at 640x360, without tables of tracking.")
 @click.option(
-    "--scale", type=click.FloatRange(0.0, MAX_SCALE, min_open=True), metavar="X", help="Share of the scenes; 1."
+    "--scale",
+    type=click.FloatRange(0.0, MAX_SCALE, min_open=True),
+    metavar="X",
+    help="Share of the scenes. Default: 1.",
 )
-@click.option("--size", metavar="WxH", callback=parse_size, help="Of what is generated; 1280x720.")
-@click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For other sequences.")
+@click.option("--size", metavar="WxH", callback=parse_size, help="Size of generated images. Default: 1280x720.")
+@click.option(
+    "--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, metavar="N", help="Seed of the sequences."
+)
 @click.option(
     "--tolerance",
     type=click.FloatRange(0.0, MAX_TOLERANCE_PX, min_open=True),
     metavar="PX",
-    help="Largest L3 of a right object; what the data say, or 5 at 1280x720 and in proportion.",
+    help="Largest L3 of a right object. Default: the limit of the data, or 5 at 1280x720, scaled with the size.",
 )
-@click.option("--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Processes; one for each core.")
+@click.option(
+    "--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Number of processes. Default: one per core."
+)
 def evaluate(
     names: tuple[str, ...],
     methods: tuple[str, ...],
@@ -76,30 +84,31 @@ def evaluate(
 ) -> None:
     """Score methods on sequences whose truth is known, and print the tables.
 
-    Figures are over 20 scenes or more, each of another seed, and have a 95 % interval, by bootstrap over scenes; those
-    of a single scenario of rgbd and rgbd-artificial are over 8. --quick and --scale take fewer.
+    Each figure is over 20 scenes or more with different seeds, and has a 95 % interval from a bootstrap over scenes.
+    Single scenarios of rgbd and rgbd-artificial have 8 scenes. --quick and --scale take fewer.
 
-    SUITE is a generated one: rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
-    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, two-cameras, noise or harness. simulated
-    needs MuJoCo, and real-motion its recordings, or real-motion:FOLDER. A folder of labelled data is a suite, too, as
-    below. Without any, all the generated ones are scored.
+    SUITE is a generated suite: rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
+    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, two-cameras, noise or harness. The suite
+    simulated needs MuJoCo. The suite real-motion needs its recordings, or real-motion:FOLDER. A folder of labelled
+    data is a suite, too (see below). By default all generated suites are scored.
 
-    With --paper these are rgb, several-cables, rgbd and rgbd-artificial, unless some of them are named, and folders
+    With --paper the suites are rgb, several-cables, rgbd and rgbd-artificial, unless some of them are named. Folders
     of photographs of several cables join Table II.
 
-    METHOD is default, or paper, in sequences of one cable the authors' form for one. A YAML file with a configuration,
-    as `dloftbs config` prints it, is a method, so that two settings can be compared. So is MODULE:CALLABLE, a function
-    from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines, or a mapping from identities to
-    such. A class makes an instance for each sequence, which is called so; if it has a method start(frame, truth), this
-    gets the first frame before. Modules are found in the current folder, and where Python finds others. cpd is
-    coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial. It knows the
-    first frame's curve and the cable's length. The method stereo is `StereoPipeline`, for two-cameras; other methods
-    see the first view alone. Settings by --config and --set change the package's own methods. By --hsv, MODULE:CALLABLE
-    gets the mask where a frame has none.
+    METHOD is default or paper; on sequences of one cable, paper uses the authors' form for one cable. A YAML
+    configuration, as `dloftbs config` prints it, is a method, too. So is MODULE:CALLABLE, a function
+    from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines, or a mapping from ids to
+    these. A class is instantiated for each sequence; its optional method start(frame, truth) gets the first frame.
+    Modules are found in the current folder, and on Python's path.
 
-    The folder of --out gets the tables (report.md, pages/*.md, tables/*.csv, report.json), the figures in short
-    (summary.json), every frame's scores (frames.csv), whether every joint is right (joints.csv), plots, and pictures
-    of the worst frames. Finished sequences are kept there, too: the same command goes on where it was interrupted.
+    The method cpd is coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and
+    rgbd-artificial. It knows the first curve and the cable's length. The method stereo is `StereoPipeline`, for
+    two-cameras; other methods see only the first view. --config and --set change the package's own methods. With
+    --hsv, MODULE:CALLABLE also gets a mask for frames without one.
+
+    The folder of --out gets the tables (report.md, pages/*.md, tables/*.csv, report.json), a summary
+    (summary.json), the scores of each frame (frames.csv) and of each joint (joints.csv), plots, and pictures of the
+    worst frames. Finished sequences are kept there, so the same command resumes after an interruption.
 
     \b
     dloftbs evaluate --quick
@@ -107,25 +116,25 @@ def evaluate(
     dloftbs evaluate rgb several-cables --method default,mymodule:find --out results
     dloftbs evaluate mydata --method default,paper,mine.yaml --hsv 100:130
 
-    A folder of labelled data has frames and their truth beside them, by name. It is a sequence, in the natural order
-    of the names; a folder of such folders is a suite of several. If curves are known, as points along
+    A folder of labelled data has frames, and their truth beside them under the same name. It is one sequence, in
+    natural order of the names; a folder of such folders is a suite. If the curves are known, as points along
     each cable from end to end:
 
     \b
     mydata/
       00.png         image or mask: .png .jpg .jpeg .bmp .tif .tiff .webp .pbm .pgm .ppm
       00.json        its truth: {"curves": [[[x, y], [x, y], ...], ...]}, a list of points per cable
-      00.mask.png    where 00.png is an image: its mask, any non-zero is cable; else give --hsv
+      00.mask.png    mask of the image, any non-zero is cable; without it, give --hsv
       00.depth.png   depth: 16 bits in mm, or 00.depth.npy in metres; optional
       00.occluders.png   mask of what may hide cables; optional
       01.jpg
       01.csv         in place of JSON: a line object,x,y (or object,x,y,z), then a row per point
       camera.json    {"fx": ..., "fy": ..., "cx": ..., "cy": ...}, for curves in metres; optional
 
-    x and y are px, from the centre of the top left pixel to the right and down. With points [x, y, z], z being the
+    x and y are pixels, right and down from the centre of the top left pixel. With points [x, y, z], z being the
     depth in metres, and a camera, curves in space are scored, too. A cubic spline goes through two points or more;
-    the first one again at the end makes a loop. An image without truth is left out, with a warning. Each image counts
-    by itself: identities are scored in sequences with times, as `dloftbs_lab.write_sequence` writes them.
+    repeat the first point at the end for a loop. Images without truth are skipped, with a warning. Each image counts
+    by itself; ids are scored in sequences with times, as `dloftbs_lab.write_sequence` writes them.
     If only the mask of each cable is known, the score is DICE:
 
     \b
@@ -133,9 +142,8 @@ def evaluate(
       00.jpg
       00.labels.png  number of the object in each pixel, 0 is ground: one channel, or indexed colour
 
-    Published data sets are read as LAYOUT:FOLDER, where LAYOUT is written, labels, mbest, ariadne, spline tables or
-    polylines; without it, as what the folder looks like. A folder that is none of these gets an error that
-    draws all layouts.
+    Published data sets are read as LAYOUT:FOLDER. LAYOUT is written, labels, mbest, ariadne, spline tables or
+    polylines; without it, the layout is recognised. For any other folder, the error shows all layouts.
     """
     from dloftbs.support.safe_files import claim_folder
     from dloftbs_lab.commands.evaluation_progress import open_parts_progress
@@ -208,7 +216,8 @@ def _check_out(names: tuple[str, ...], out: Path) -> None:
         If labelled data lies in a folder that is written to, or around it, or other files have the results' names.
     """
     from dloftbs.errors import SinkError
-    from dloftbs_lab.evaluation.report.write import FRAMES, JOINTS, JSON, MARKDOWN, PAGES, PLOTS, SUMMARY, TABLES, WORST
+    from dloftbs_lab.evaluation.report.pages import WORST
+    from dloftbs_lab.evaluation.report.write import FRAMES, JOINTS, JSON, MARKDOWN, PAGES, PLOTS, SUMMARY, TABLES
     from dloftbs_lab.evaluation.suites import SUITES, place_of
 
     for name in names:

@@ -40,7 +40,8 @@ def rows_of(path: Path, columns: Sequence[str]) -> Iterator[tuple[int, dict[str,
     names = header_of(path)
     missing = [name for name in columns if name not in names]
     if missing:
-        raise SourceError(f"{path}: lacks the columns {', '.join(missing)}; found {listed(names) or 'none'}")
+        columns_of = f"column{'s' * (len(missing) > 1)} {', '.join(missing)}"
+        raise SourceError(f"{path}: lacks the {columns_of}; found {listed(names) or 'none'}")
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.reader(file)
@@ -50,6 +51,8 @@ def rows_of(path: Path, columns: Sequence[str]) -> Iterator[tuple[int, dict[str,
                     raise SourceError(f"{path}, line {reader.line_num}: has {len(row)} fields instead of {len(names)}")
                 if row:
                     yield reader.line_num, dict(zip(names, row, strict=True))
+    except SourceError:  # which is an OSError, too
+        raise
     except (UnicodeDecodeError, csv.Error) as error:
         raise SourceError(f"{path}: {error}") from error
     except OSError as error:

@@ -29,11 +29,11 @@ def check_png(context: click.Context, parameter: click.Parameter, path: Path) ->
 
 @click.command(short_help="Make a picture of the place without cables from a clip.")
 @click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
-@click.option("--out", "-o", required=True, type=file_path(), metavar="PNG", callback=check_png, help="Write it here.")
-@limit_option
 @click.option(
-    "--topic", metavar="NAME", help="Topic of the images in a recording of ROS; needed where there are several."
+    "--out", "-o", required=True, type=file_path(), metavar="PNG", callback=check_png, help="Picture to write."
 )
+@limit_option
+@click.option("--topic", metavar="NAME", help="Topic of the images in a ROS recording; needed if there are several.")
 @click.pass_context
 def background(
     context: click.Context,
@@ -44,9 +44,10 @@ def background(
 ) -> None:
     """Make a picture of the place without cables, for --background of `detect` and `track`.
 
-    INPUT is what `dloftbs track` takes, of a camera that stands still: the picture is the median of up to 50 frames,
-    evenly over all of it. A cable is gone where it lies in less than half of them; one that rests stays in the
-    picture: then take a clip, or a photo, of the empty place. Ctrl-C ends a camera's stream as --limit does.
+    INPUT is any input of `dloftbs track` from a camera that stands still. The picture is the median of up to 50
+    frames, spread evenly over the input. A cable disappears where fewer than half of them show it. A cable that
+    rests stays in the picture: then take a clip, or a photo, of the empty place. Ctrl-C ends a camera's stream, as
+    --limit does.
 
     \b
     dloftbs background worms.mp4 --out empty.png

@@ -51,23 +51,29 @@ def parse_shard(context: click.Context, parameter: click.Parameter, text: str | 
     type=file_path(file_okay=False),
     required=True,
     metavar="FOLDER",
-    help="Folder of the results: a file of curves and a NAME.status.json for each input, by its name.",
+    help="Folder of the results: for each input a file of curves and a NAME.status.json.",
 )
-@click.option("--format", "form", type=click.Choice(FORMATS), default="jsonl", show_default=True, help="Of the curves.")
-@click.option("--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Processes; one for each core.")
+@click.option(
+    "--format", "form", type=click.Choice(FORMATS), default="jsonl", show_default=True, help="Format of the curves."
+)
+@click.option(
+    "--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Number of processes. Default: one per core."
+)
 @click.option(
     "--shard",
     metavar="I/N|auto",
     callback=parse_shard,
-    help="Take the I-th of N equal shares of the inputs alone; auto: the one of this task in a SLURM array.",
+    help="Process only the I-th of N equal shares of the inputs. auto: the share of this task of a SLURM array.",
 )
 @click.option(
     "--scheduler",
     type=FilledPath(),
     metavar="ADDRESS",
-    help="Work on a dask cluster, e.g. tcp://10.0.0.1:8786, whose workers see the same files (extra `cluster`).",
+    help="Work on a dask cluster, such as tcp://10.0.0.1:8786. Its workers must see the same files (extra cluster).",
 )
-@click.option("--retry-failed", is_flag=True, help="Do again what failed, or gave a part only, in an earlier run.")
+@click.option(
+    "--retry-failed", is_flag=True, help="Repeat inputs that failed, or were read only in part, in an earlier run."
+)
 @limit_option
 @every_option
 @fps_option
@@ -89,17 +95,16 @@ def batch(
     inputs: InputOptions,
     config: Config,
 ) -> None:
-    """Follow the cables through many streams, each by itself: the same results as `dloftbs track` for each.
+    """Follow the cables through many streams, each by itself, with the results of `dloftbs track`.
 
-    INPUT is a file or a folder, each of which is one stream as `dloftbs track` takes it, or a glob in quotes,
-    each match of which is one. The results are named as the inputs, in folders as theirs below the
-    folder that all have in common. One process works on one input, with one thread. An input that
-    cannot be read, or whose process dies, is reported, the rest goes on, and the exit code is 1.
+    INPUT is a file, a folder, or a glob in quotes. Each file, folder or match is one stream, as for `dloftbs track`.
+    Results have the names and folders of the inputs, below their common folder. Each process works on one input,
+    with one thread. If an input cannot be read, or its process dies, it is reported, the others
+    continue, and the exit code is 1.
 
-    The same command goes on where it was stopped, whatever stopped it: what is done is not done again, unless the
-    input, a setting or the version has changed, and what failed is not unless --retry-failed says so. Results are
-    put in place as a whole, and are the same, byte for byte, however often it was stopped.
-    Ctrl-C ends it with exit code 130.
+    The same command resumes after any stop. Finished inputs are skipped, unless the input, a setting or the version
+    has changed. Failed inputs are repeated with --retry-failed. Results are put in place as a whole, and are the
+    same, byte for byte, however often the command was stopped. Ctrl-C ends it with exit code 130.
 
     \b
     dloftbs batch 'recordings/**/*.mp4' --config cable.yaml --out results --jobs 4

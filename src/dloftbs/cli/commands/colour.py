@@ -53,7 +53,7 @@ def parse_strokes(context: click.Context, parameter: click.Parameter, texts: tup
     multiple=True,
     metavar="[N@]X,Y[:X,Y...]",
     callback=parse_strokes,
-    help="A click on a cable, or a stroke along it, in pixels; of the second picture as 2@X,Y. Repeatable; a stroke "
+    help="A click on a cable, or a stroke along it, in pixels; 2@X,Y is in the second picture. Repeatable. A stroke "
     "says more than a click.",
 )
 @click.option(
@@ -62,7 +62,7 @@ def parse_strokes(context: click.Context, parameter: click.Parameter, texts: tup
     multiple=True,
     metavar="[N@]X,Y[:X,Y...]",
     callback=parse_strokes,
-    help="The same on what looks like the cable and is none.",
+    help="A click or a stroke on ground that looks like the cable.",
 )
 @click.option(
     "--radius",
@@ -75,17 +75,23 @@ def parse_strokes(context: click.Context, parameter: click.Parameter, texts: tup
 @click.option(
     "--accept-strokes",
     is_flag=True,
-    help="Take every colour beneath the strokes for the cable's, even if the rest of the picture has it, too.",
+    help="Count every colour under the strokes as cable, even if the rest of the picture has it, too.",
 )
 @roi_option
 @topic_options
-@click.option("--frame", type=click.IntRange(0, MAX_FRAMES), default=0, metavar="N", help="Frame of a video or folder.")
+@click.option(
+    "--frame",
+    type=click.IntRange(0, MAX_FRAMES),
+    default=0,
+    metavar="N",
+    help="Index of the frame in a video or folder.",
+)
 @click.option(
     "--config",
     "config_file",
     type=file_path(),
     metavar="FILE",
-    help="Go on from a colour that was learned before: its strokes count, too, and the file's other settings are kept.",
+    help="Continue from a colour that was learned before. Its strokes count, too; other settings of the file stay.",
 )
 @click.option(
     "--out", "-o", type=FilledPath(), metavar="YAML", help="Write the settings to a file instead of standard output."
@@ -95,7 +101,7 @@ def parse_strokes(context: click.Context, parameter: click.Parameter, texts: tup
     type=FilledPath(),
     metavar="PNG",
     callback=check_pictures(video=False),
-    help="Draw the mask over the pictures: cyan is what counts as cable.",
+    help="Draw the mask over the pictures: cyan is cable.",
 )
 def colour(
     where: tuple[str, ...],
@@ -114,9 +120,9 @@ def colour(
 ) -> None:
     """Learn a cable's colour from strokes on a picture, for --config of `detect` and `track`.
 
-    PICTURE is an image, or what `dloftbs track` takes, of which --frame says the number. The settings go
-    to standard output, messages to standard error. They hold the strokes and a count of the picture's
-    colours, and need the picture no more. With --roi they hold the region, too, and the colours in it alone.
+    PICTURE is an image, or any input of `dloftbs track` together with --frame. The settings go to standard output,
+    messages to standard error. They hold the strokes and a count of the picture's colours; the picture is not
+    needed at run time. With --roi they also hold the region, and only the colours in it.
 
     \b
     dloftbs colour photo.jpg --at 321,200:360,214:390,240 --overlay mask.png --out cable.yaml

@@ -35,13 +35,13 @@ if TYPE_CHECKING:
     type=FilledPath(),
     metavar="FOLDER|PNG",
     callback=check_pictures(video=False),
-    help="Draw the curves over the images, in a folder, or in a file for a single image.",
+    help="Draw the curves over the images: into a folder, or into a file for a single image.",
 )
 @stages_option
 @limit_option
 @every_option
 @click.option(
-    "--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Threads; as many as there are cores."
+    "--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Number of threads. Default: one per core."
 )
 @answer_options
 @input_options
@@ -62,11 +62,12 @@ def detect(
 ) -> None:
     """Find the cables in images or masks, each by itself.
 
-    INPUT is an image or a mask, a folder, a glob, - for standard input, or whatever `dloftbs track` takes.
-    Without --out, --overlay and --stages, results are JSON lines on standard output, one an image; --out -
-    prints them beside other outputs. Progress and a summary of the timing go to standard error. Frames that
-    cannot be read are reported, the rest goes on, and the exit code is 1. No result replaces an input: in a folder of
-    inputs, pictures are named photo.overlay.png and photo.stages.png.
+    INPUT is an image, a mask, a folder, a glob, - for standard input, or any input of `dloftbs track`.
+
+    Without --out, --overlay and --stages, results are JSON lines on standard output, one per image; --out - prints
+    them beside other outputs. Progress and a summary go to standard error. Images that cannot be read are
+    reported and skipped, and the exit code is 1. No result replaces an input: in a folder of inputs, pictures are
+    named photo.overlay.png and photo.stages.png.
 
     \b
     dloftbs detect photo.jpg --hsv 170:10,80:255,60:255 --overlay overlays
@@ -115,8 +116,9 @@ def detect(
     report.skipped = batch.failures
     if report.frames > 1:
         click.echo(report.summary(), err=True)
-    elif report.reasons.total:  # of one image, the result says all else
-        click.echo(f"nothing found: {next(iter(report.reasons.counts()))}", err=True)
+    elif report.frames:
+        for line in report.outcome(printed="-" in outputs.data):
+            click.echo(line, err=True)
     if batch.failures:
         context.exit(BAD_INPUT)
 

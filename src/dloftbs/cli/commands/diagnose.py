@@ -28,7 +28,7 @@ _FRAMES = 50
     type=FilledPath(),
     metavar="FOLDER|PNG",
     callback=check_pictures(video=False),
-    help="Draw a figure of all stages of the three worst frames: those in which nothing is found, or the least sure.",
+    help="Draw all stages of the three worst frames: frames without a detection, or else the least certain.",
 )
 @click.option(
     "--limit",
@@ -36,7 +36,7 @@ _FRAMES = 50
     metavar="N",
     default=_FRAMES,
     show_default=True,
-    help="Look at the first N frames that were used.",
+    help="Stop after N used frames.",
 )
 @every_option
 @fps_option
@@ -53,11 +53,11 @@ def diagnose(
     inputs: InputOptions,
     config: Config,
 ) -> None:
-    """Say why it finds too much, too little or the wrong thing.
+    """Explain why too much, too little or the wrong thing is found.
 
-    INPUT and the options are those of `dloftbs track`. The first frames are tracked, and a page of text says what the
-    source gives, how much of the mask is set, what was found, dropped and why, how long each stage took, and what to
-    change, the weightiest first. The exit code is 0 whatever is found; that of an input that cannot be read is 1.
+    INPUT and the options are those of `dloftbs track`. The command tracks the first frames and prints a page of text:
+    the source, the mask, the objects found and dropped, the time of each stage, and what to change, the most frequent
+    fault first. The exit code is 0 whatever is found, and 1 if the input cannot be read.
 
     \b
     dloftbs diagnose cable.mp4 --hsv 170:10,80:255,60:255

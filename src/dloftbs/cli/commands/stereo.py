@@ -44,19 +44,13 @@ if TYPE_CHECKING:
     help="The cameras and their poses: our own YAML, Kalibr's camchain, OpenCV's stereoCalibrate (give both files), or "
     "two camera_info of ROS, left and right. Repeatable.",
 )
+@click.option("--rectified", is_flag=True, help="The images are rectified: use P of camera_info, without distortion.")
+@click.option("--side-by-side", is_flag=True, help="LEFT shows both views side by side; there is no RIGHT.")
 @click.option(
-    "--rectified", is_flag=True, help="The images are rectified: of camera_info, P holds for them, and no lens."
+    "--right-topic", metavar="NAME", help="Topic of the right images, in RIGHT, or in LEFT if RIGHT is missing."
 )
-@click.option(
-    "--side-by-side", is_flag=True, help="LEFT alone is given, and its left and right halves are the two views."
-)
-@click.option(
-    "--right-topic", metavar="NAME", help="Topic of the right images, in RIGHT, or in LEFT where that is all."
-)
-@click.option(
-    "--right-masks", type=FilledPath(), metavar="PATH", help="Masks of the right frames, as --masks has them."
-)
-@click.option("--right-mask-topic", metavar="NAME", help="Topic of the right images' masks, as --mask-topic has it.")
+@click.option("--right-masks", type=FilledPath(), metavar="PATH", help="Masks of the right frames, as for --masks.")
+@click.option("--right-mask-topic", metavar="NAME", help="Topic of the masks of the right images.")
 @out_option
 @click.option(
     "--overlay",
@@ -102,11 +96,11 @@ def stereo(
 ) -> None:
     """Follow the cables through the streams of two cameras, in metres.
 
-    LEFT and RIGHT are what `dloftbs track` takes: two videos, two folders, two cameras, or a recording of ROS
-    twice with --topic and --right-topic. With --side-by-side, LEFT alone shows both views beside each other,
-    as stereo cameras give them. Results are those of the left view, in the frame of its camera: curves in
-    pixels, and in metres where both views show a cable. Options for inputs hold for both views; naming
-    rules such as "{stem}_mask.png" do, too. Outputs, progress and exit codes are those of `dloftbs track`.
+    LEFT and RIGHT are what `dloftbs track` takes: two videos, two folders, two cameras, or one ROS
+    recording with --topic and --right-topic. With --side-by-side, LEFT shows both views side by side, as stereo
+    cameras give them. Results are those of the left view, in the frame of its camera: curves in pixels, and
+    in metres where both views show a cable. Input options and naming rules such as "{stem}_mask.png" apply to
+    both views. Outputs, progress and exit codes are those of `dloftbs track`.
 
     \b
     dloftbs stereo left.mp4 right.mp4 --rig rig.yaml --hsv 170:10,80:255,60:255 --out curves.jsonl

@@ -77,18 +77,16 @@ def track(
 ) -> None:
     """Follow the cables through a stream, each with its identity and direction.
 
-    INPUT is a video, an animated PNG, WebP or AVIF, a TIFF of several pages, an .npy or .npz file, or a recording of
-    ROS (.mcap, .db3, .bag or a rosbag2 folder). It may also be a folder or a glob of images or masks in their natural
-    order, or the files of one. A camera is its index, its device /dev/video0, or the address of a stream; - is
-    standard input.
+    INPUT is a video, an animated PNG, WebP or AVIF, a TIFF of several pages, an .npy or .npz file, or a ROS
+    recording (.mcap, .db3, .bag or a rosbag2 folder). It may also be a folder or a glob of images or masks, read in
+    natural order. A camera is its index, its device such as /dev/video0, or the address of a stream; - is standard
+    input.
 
-    Without --out, --overlay, --stages, --view and --rerun, results are JSON lines on standard output; --out
-    - prints them beside other outputs. Progress and a summary of the timing go to standard error. Frames
-    that cannot be read are reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files
-    are closed, the summary is printed, and the exit code is 130. Reading, tracking and writing go on side
-    by side; a camera that is faster than all that has frames left out, so that results are never late. No
-    result replaces an input: in a folder of inputs, pictures are named photo.overlay.png and
-    photo.stages.png.
+    Without --out, --overlay, --stages, --view and --rerun, results are JSON lines on standard output; --out - prints
+    them beside other outputs. Progress and a summary go to standard error. Frames that cannot be read are reported
+    and skipped, and the exit code is 1. Ctrl-C ends the run: files are closed, the summary is printed, and the
+    exit code is 130. If a camera is faster than the tracking, frames are skipped, so results are never late. No
+    result replaces an input: in a folder of inputs, pictures are named photo.overlay.png and photo.stages.png.
 
     \b
     dloftbs track cable.mp4 --hsv 170:10,80:255,60:255 --out curves.jsonl --overlay overlay.mp4

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     type=FilledPath(),
     metavar="FILE",
     callback=check_yaml_path,
-    help="YAML file that Save writes, for --config; read first, if it is there. By default the one of --config.",
+    help="YAML file that Save writes, for --config. If it exists, it is read first. Default: the file of --config.",
 )
 @input_options
 @config_options
@@ -51,11 +51,11 @@ def tune(
     config: Config,
     page: PageOptions,
 ) -> None:
-    """Serve a page on which strokes, or sliders, say what is cable.
+    """Serve a page where strokes or sliders mark the cable.
 
     INPUT is what `dloftbs track` takes. The page shows picture, mask and curves while you draw, and the number of
     objects over the whole video. Save writes the settings that --config reads. The page can read and write nothing
-    else, and only this machine can open it, unless --host says otherwise.
+    else. Only this machine can open it, unless --host opens it to others.
 
     \b
     dloftbs tune cable.mp4 --out cable.yaml

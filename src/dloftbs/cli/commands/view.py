@@ -32,8 +32,8 @@ def view(
 ) -> None:
     """Serve a page with the curves over the video, as they are tracked.
 
-    INPUT is what `dloftbs track` takes. A recording plays at its own pace, and waits until the page is open; of a
-    camera the newest frame is taken. Pause, step and loop; with depth, turn the curves in space.
+    INPUT is what `dloftbs track` takes. A recording waits until the page is open, and plays at its own pace. A
+    camera shows its newest frame. You can pause, step and loop, and with depth turn the curves in space.
 
     \b
     dloftbs view cable.mp4 --config cable.yaml

@@ -9,9 +9,9 @@ import click
 
 @click.command(short_help="Compile the kernels, once for this machine.")
 def warmup() -> None:
-    """Compile the kernels if this machine has not done so yet, on all cores, and load them.
+    """Compile the kernels on all cores, if this machine has not done so yet, and load them.
 
-    They stay on disk. Without this command, the first one that needs them compiles them.
+    They are kept on disk. Without this command, the first run compiles them.
     """
     from dloftbs.pipeline.kernel_loading import load_kernels
 

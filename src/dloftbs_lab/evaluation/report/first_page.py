@@ -43,7 +43,7 @@ def readme_line(summary: Summary) -> str:
     table = Table("readme", "", columns, tuple(rows)).markdown().partition("\n\n")[2]
     return (
         f"{table}\n[Results](docs/results.md){mark}: {frames:,} frames of {scenes:,} generated scenes, with 95 % "
-        "intervals. The published method is told\nwhere there is one cable alone; the default is told nothing.\n"
+        "intervals. The published method knows\nwhere there is only one cable; the default does not.\n"
     )
 
 

@@ -16,6 +16,12 @@ from dloftbs_lab.evaluation.runner.finished_parts import Part
 from dloftbs_lab.evaluation.suites import Suite
 
 OVERALL, PAPER = "overall", "paper"
+WORST = "worst"
+"""Folder of the sheets of the worst frames."""
+_WORST_NOTE = (
+    "A sheet shows the ten worst frames of a method, the worst first; several may be of one scene. White casings are "
+    "the true curves, and colours what was found. The mask is grey, or green over an image."
+)
 
 
 def make_pages(
@@ -65,9 +71,20 @@ def _page(
     title: str, paragraphs: Sequence[str], tables: Sequence[Table], pictures: Sequence[Path], mark: str, more: str = ""
 ) -> str:
     notes = [*paragraphs, *([NOTE] if any(table.has_intervals for table in tables) else [])]
-    images = "\n\n".join(f"![{picture.stem}](../{picture.parent.name}/{picture.name})" for picture in pictures)
+    images = "\n\n".join(_image(picture) for picture in pictures)
+    if any(_is_worst(picture) for picture in pictures):
+        images = f"{_WORST_NOTE}\n\n{images}"
     blocks = [f"# {title}\n", *(f"{note}\n" for note in notes), *(replace(one, mark=mark).markdown() for one in tables)]
     return "\n".join([*blocks, *([more] if more else []), *([f"### Pictures\n\n{images}\n"] if images else [])])
+
+
+def _image(picture: Path) -> str:
+    what = "The worst frames" if _is_worst(picture) else "Plot"
+    return f"![{what}: {picture.stem}](../{picture.parent.name}/{picture.name})"
+
+
+def _is_worst(picture: Path) -> bool:
+    return picture.parent.name == WORST
 
 
 def _owner(picture: Path, suites: Sequence[str]) -> str | None:

@@ -18,7 +18,7 @@ from dloftbs.support.safe_files import write_whole
 from dloftbs_lab.evaluation.report.all_tables import tables
 from dloftbs_lab.evaluation.report.counts import rows_of
 from dloftbs_lab.evaluation.report.losses import losses
-from dloftbs_lab.evaluation.report.pages import make_pages
+from dloftbs_lab.evaluation.report.pages import WORST, make_pages
 from dloftbs_lab.evaluation.report.paper_tables import TABLES_OF_PAPER
 from dloftbs_lab.evaluation.report.plots import write_plots
 from dloftbs_lab.evaluation.report.spread import NOTE
@@ -30,7 +30,7 @@ from dloftbs_lab.evaluation.suites import Suite
 
 MARKDOWN, JSON, FRAMES, JOINTS = "report.md", "report.json", "frames.csv", "joints.csv"
 SUMMARY = "summary.json"
-TABLES, PLOTS, WORST, PAGES = "tables", "plots", "worst", "pages"
+TABLES, PLOTS, PAGES = "tables", "plots", "pages"
 _LIBRARIES = ("numpy", "scipy", "numba", "opencv-python-headless")
 
 
