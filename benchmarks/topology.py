@@ -237,7 +237,7 @@ def main() -> None:
             named(560 // share),
             _is_named,
         )
-        for step_widths in (4.0, 3.2):
+        for step_widths in (4.0, 3.2, 2.8):
             drawn_ropes(
                 f"random ropes, strands {step_widths:g} widths apart",
                 tangled(400 // share, step_widths),

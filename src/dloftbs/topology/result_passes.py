@@ -24,7 +24,9 @@ Source: bounds time; a longer stretch side by side is rare.
 _OFF_AXIS_WIDTHS = 0.15
 """Distance of a curve from the axis of its object, widths, from which on the look along it is another one's.
 
-Source: measured by `benchmarks.topology --orders`, on other seeds than its tables.
+Source: measured on 250 drawings of ropes 2.5 to 4 widths apart, of other seeds than those of benchmarks.topology. Of
+orders stated with more than 0.8, 18 of 1,079 are wrong; 17 of these are among the 100 at deviations above 0.1 widths.
+With 0.15, one of 1,006 is wrong, with 0.2 seven of 1,019; with 0.1 there are 972, one of which is wrong.
 """
 
 
