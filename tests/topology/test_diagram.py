@@ -242,7 +242,7 @@ class TestOfResults:
         assert Diagram.from_result(rope(None, 0.0)).tops == (None,)
 
     @pytest.mark.parametrize(
-        "widths, top, least", [(0.01, 0, 0.95), (0.06, 0, 0.9), (0.2, None, 0.55), (50.0, None, 0.5)]
+        ("widths", "top", "least"), [(0.01, 0, 0.95), (0.06, 0, 0.9), (0.2, None, 0.55), (50.0, None, 0.5)]
     )
     def test_an_order_is_a_guess_where_the_curves_may_lie_beside_their_axes(self, monkeypatch, widths, top, least):
         """Strands that nearly touch draw curves off their axes, which read another strand's look: most are wrong."""
