@@ -184,8 +184,8 @@ this page. Each source below is left out of the fit that judges it, and is judge
 within one deviation, and 90 to 98 % within two.
 
 A point more than half a width off lies on another course, which `confidence` states. The last column counts these
-points, and the shares leave them out. What neither a mask nor the noise of depth shows is in no deviation, and such
-sources are judged, but not fitted to. The light of *rgb* comes from one side and moves its masks by 0.1 px. Cameras of
+points, and the shares leave them out. No deviation covers what neither a mask nor the noise of depth shows.
+Such sources are judged, but not fitted to. The light of *rgb* comes from one side and moves its masks by 0.1 px. Cameras of
 *rgbd-camera, fattened* see the edges of cables nearer or farther than they are, by a millimetre."""
 
 
