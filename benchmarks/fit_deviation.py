@@ -185,8 +185,8 @@ within one deviation, and 90 to 98 % within two.
 
 A point more than half a width off lies on another course, which `confidence` states. The last column counts these
 points, and the shares leave them out. No deviation covers what neither a mask nor the noise of depth shows.
-Such sources are judged, but not fitted to. The light of *rgb* comes from one side and moves its masks by 0.1 px. Cameras
-of *rgbd-camera, fattened* see the edges of cables nearer or farther than they are, by a millimetre."""
+Such sources are judged, but not fitted to. The light of *rgb* comes from one side and moves its masks by 0.1 px.
+Cameras of *rgbd-camera, fattened* see the edges of cables nearer or farther than they are, by a millimetre."""
 
 
 def main() -> None:

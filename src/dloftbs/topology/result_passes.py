@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import Track
 from dloftbs.errors import InputError
@@ -48,7 +48,7 @@ def passes_of_result(
     strands = {detection: strand for strand, (detection, _) in enumerate(places)}
     if len(strands) < len(places):
         raise InputError(f"objects must differ, got {shown([detection for detection, _ in places])}")
-    found = []
+    turns: list[tuple[int, tuple[tuple[int, float], tuple[int, float]], float]] = []
     for label, crossing in enumerate(result.crossings):
         if (last := max(detection for detection, _ in crossing.passes)) >= len(result.detections):
             raise InputError(f"crossing {label} is one of detection {last}, but there are {len(result.detections)}")
@@ -69,10 +69,15 @@ def passes_of_result(
         (a, u_a), (b, u_b) = crossing.passes
         # The y axis of the image points down.
         cross = -turned * _turn(result.detections[a], u_a, result.detections[b], u_b)
+        turns.append((label, (at[0], at[1]), cross))
+    orders = _orders(result, [label for label, _, _ in turns])
+    found = []
+    for label, at_both, cross in turns:
+        crossing = result.crossings[label]
         # An order that comes without a confidence is meant as it is.
-        stated = _of_courses(crossing, result.detections) or float(crossing.top is not None)
+        stated = orders[label] if crossing.confidence > 0.0 else float(crossing.top is not None)
         top = crossing.top if stated >= min_confidence else None
-        found.append(CrossingPasses((at[0], at[1]), cross, top, stated, label))
+        found.append(CrossingPasses(at_both, cross, top, stated, label))
     chosen_ones = [result.detections[detection] for detection in strands]
     return {
         **assemble_passes([one.curve.closed for one in chosen_ones], found),
@@ -81,18 +86,23 @@ def passes_of_result(
     }
 
 
-def _of_courses(crossing: Crossing, detections: Sequence[Detection]) -> float:
-    """Return the probability of the order at a crossing, in which the confidence holds where both curves run right.
+def _orders(result: FrameResult, labels: Sequence[int]) -> dict[int, float]:
+    """Return the probabilities of the orders at crossings, in which confidences hold where both curves run right.
 
-    The order is read from the look along both curves. Where strands nearly touch, curves leave their axes, and show
-    what lies beside: then the order is a guess.
+    An order is read from the look along both curves. Where strands nearly touch, curves leave their axes, and show what
+    lies beside: then the order is a guess.
     """
-    sure = 1.0
-    for detection, u in crossing.passes:
-        one = detections[detection]
-        std = float(one.curve_std(u)) / max(one.width_px, 1.0)
-        sure *= math.erf(_OFF_AXIS_WIDTHS / (math.sqrt(2.0) * std)) if std > 0.0 else 1.0
-    return crossing.confidence * sure + 0.5 * (1.0 - sure) if crossing.confidence > 0.0 else 0.0
+    places: dict[int, list[tuple[int, float]]] = {}
+    for label in labels:
+        for detection, u in result.crossings[label].passes:
+            places.setdefault(detection, []).append((label, u))
+    sure = dict.fromkeys(labels, 1.0)
+    for detection, own in places.items():
+        one = result.detections[detection]
+        std = one.curve_std([u for _, u in own]) / max(one.width_px, 1.0)
+        for (label, _), off in zip(own, std.tolist(), strict=True):
+            sure[label] *= math.erf(_OFF_AXIS_WIDTHS / (math.sqrt(2.0) * off)) if off > 0.0 else 1.0
+    return {label: result.crossings[label].confidence * one + 0.5 * (1.0 - one) for label, one in sure.items()}
 
 
 def _place_of(result: FrameResult, one: int | Track) -> tuple[int, bool]:
