@@ -194,7 +194,7 @@ def deviations(count: int) -> None:
     fit_deviation._SEQUENCES = count
     print(f"{'points within one and two deviations, %':<52}{'image':>16}{'space':>16}")
     held, asked = [0, 0], [0, 0]
-    for source in (one for one in fit_deviation.SOURCES if missing_for(one) is None):
+    for source in (one for one in fit_deviation.SOURCES if missing_for(one.partition(",")[0]) is None):
         cells = []
         for number, found in enumerate(fit_deviation.measure(source, fit_deviation.TEST_SEED)):
             if found is None:

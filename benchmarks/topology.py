@@ -42,14 +42,15 @@ def agreement(drawn: Diagram) -> dict[str, bool]:
     link = Link([list(crossing) for crossing in drawn.pd_code or ()])
     is_apart = () in (drawn.gauss_code or ())  # a strand without crossings, which such a code does not hold
     simplified, found = drawn.simplify().diagram, {}
+    matrix = None if is_apart else _seifert_matrix(link)
     found["codes equal"] = link.writhe() == drawn.writhe and _same_code(link, drawn)
     found["linking numbers equal"] = (
         _linking(link) == Counter(abs(number or 0) for number in drawn.linking_numbers.values() if number)
         and drawn.linking_numbers == simplified.linking_numbers
     )
     polynomial = drawn.alexander_polynomial or ()
-    found["Alexander polynomial equal"] = not polynomial if is_apart else _same_polynomial(link, polynomial)
-    found["determinant equal"] = (0 if is_apart else _value(link, -1)) == drawn.determinant == simplified.determinant
+    found["Alexander polynomial equal"] = _same_polynomial(matrix, polynomial)
+    found["determinant equal"] = _value(matrix, -1) == drawn.determinant == simplified.determinant
     link.simplify("level")
     found["no more crossings after simplification"] = len(simplified.turns) <= len(link.crossings)
     return found
@@ -101,20 +102,25 @@ def _linking(link: Any) -> Counter[int]:
     return Counter(abs(total) // 2 for total in sums.values() if total)
 
 
-def _value(link: Any, t: int) -> int:
-    """Return the absolute value of the Alexander polynomial at a whole number, of spherogram's Seifert matrix."""
+def _seifert_matrix(link: Any) -> npt.NDArray[np.object_] | None:
+    """Return spherogram's Seifert matrix (n, n); None of what can be pulled apart, and has no connected surface."""
     from spherogram.links.seifert import seifert_matrix
 
-    if len(link.split_link_diagram()) > 1:  # it can be pulled apart, and has no connected surface
-        return 0
+    if len(link.split_link_diagram()) > 1:
+        return None
     matrix = np.array(seifert_matrix(link.copy()), dtype=object)
-    return abs(determinant((matrix - t * matrix.T).tolist())) if matrix.size else 1
+    return matrix.reshape(len(matrix), len(matrix))
 
 
-def _same_polynomial(link: Any, ours: tuple[int, ...]) -> bool:
+def _value(matrix: npt.NDArray[np.object_] | None, t: int) -> int:
+    """Return the absolute value of the Alexander polynomial of a Seifert matrix at a whole number."""
+    return 0 if matrix is None else abs(determinant((matrix - t * matrix.T).tolist()))
+
+
+def _same_polynomial(matrix: npt.NDArray[np.object_] | None, ours: tuple[int, ...]) -> bool:
     """Compare at 2 and 3, up to powers of these."""
     for t in (2, 3):
-        theirs, value = _value(link, t), abs(sum(one * t**power for power, one in enumerate(ours)))
+        theirs, value = _value(matrix, t), abs(sum(one * t**power for power, one in enumerate(ours)))
         for number in (theirs, value):
             if (number == 0) != (theirs == 0):
                 return False
@@ -231,7 +237,7 @@ def main() -> None:
             named(560 // share),
             _is_named,
         )
-        for step_widths in (4.0, 3.2):
+        for step_widths in (4.0, 3.2, 2.8):
             drawn_ropes(
                 f"random ropes, strands {step_widths:g} widths apart",
                 tangled(400 // share, step_widths),

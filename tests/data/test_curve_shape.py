@@ -46,6 +46,23 @@ class TestBends:
         assert ripple.tightest_bend(0.0)[1] < 20.0
         assert ripple.tightest_bend(50.0)[1] == pytest.approx(128.0, rel=0.03)
 
+    @pytest.mark.parametrize("straight", [30.0, 120.0])
+    @pytest.mark.parametrize("radius", [40.0, 80.0])
+    def test_an_arc_between_straight_parts_has_its_radius(self, radius, straight):
+        turns = np.concatenate(
+            (np.zeros(int(straight)), np.arange(0.0, 2.0, 1.0 / radius), np.full(int(straight), 2.0))
+        )
+        curve = curve_through(np.cumsum(np.stack((np.cos(turns), np.sin(turns)), axis=1), axis=0))
+        for over in (None, 20.0):
+            u, found = curve.tightest_bend(over)
+            assert found == pytest.approx(radius, rel=0.03)
+            assert abs(u - 0.5) * curve.length < radius
+            assert curve.bend_radius(np.linspace(0.0, 1.0, 200), over).min() >= found * (1.0 - 1e-9)
+
+    @pytest.mark.parametrize("over", [1e-6, 1e6])
+    def test_waves_of_any_length_are_asked(self, over):
+        assert 0.0 < wave().tightest_bend(over)[1] < np.inf
+
     def test_a_length_below_zero_and_a_place_beyond_the_end_are_refused(self):
         with pytest.raises(InputError, match="over must be"):
             wave().bend_radius(0.5, -1.0)

@@ -241,6 +241,19 @@ class TestOfResults:
         assert (by_hand.tops, by_hand.confidences) == ((0,), (1.0,))
         assert Diagram.from_result(rope(None, 0.0)).tops == (None,)
 
+    @pytest.mark.parametrize(
+        ("widths", "top", "least"), [(0.01, 0, 0.95), (0.06, 0, 0.9), (0.2, None, 0.55), (50.0, None, 0.5)]
+    )
+    def test_an_order_is_a_guess_where_the_curves_may_lie_beside_their_axes(self, monkeypatch, widths, top, least):
+        """Strands that nearly touch draw curves off their axes, which read another strand's look: most are wrong."""
+        result = rope(0, 0.95)
+        width = result.detections[0].width_px
+        monkeypatch.setattr(dloftbs.Detection, "curve_std", lambda self, u: np.full(np.shape(u), widths * width))
+        diagram = Diagram.from_result(result)
+        assert diagram.tops == (top,)
+        assert least <= diagram.confidences[0] <= 0.95
+        assert (diagram.probability == 0.5) is (top is None)
+
     def test_a_strand_that_is_rather_wrong_gives_no_answer(self) -> None:
         diagram = dataclasses.replace(overhand(), strand_confidences=(0.49,))
         assert diagram.is_knotted is diagram.name is diagram.determinant is diagram.pd_code is None

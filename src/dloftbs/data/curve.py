@@ -319,9 +319,10 @@ class BSplineCurve:
         ----------
         u : array_like, shape (...)
         over : float, optional
-            Shortest wave along the curve that is a bend and no noise, in that unit: half of the height of such a wave
-            is left, and hardly anything of shorter ones. By default two distances between knots, as fitted curves need
-            it, since their knots follow the noise of pixels. 0 takes the curve as it is: ``1 / curve.curvature(u)``.
+            Shortest wave along the curve that is a bend and no noise, in that unit: half of its curvature is left at
+            most, and hardly anything of shorter ones. By default the distance between knots, as fitted curves need it,
+            since their knots follow the noise of pixels. The curvature is averaged over longer stretches, as long as
+            the noise explains what these differ by. 0 takes the curve as it is: ``1 / curve.curvature(u)``.
 
         Raises
         ------
@@ -333,7 +334,7 @@ class BSplineCurve:
         return bend_radius(self, u, over)
 
     def tightest_bend(self, over: float | None = None) -> tuple[float, float]:
-        """Return where the curve bends most, and the radius there.
+        """Return where the curve bends most, and the radius there, the least one of `bend_radius`.
 
         Parameters
         ----------

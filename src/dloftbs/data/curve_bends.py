@@ -1,43 +1,92 @@
 """Bends of a curve without the waves that only its noise has: where it bends most, and by which radius.
 
 A fitted curve follows the pixels' noise as closely as its knots let it, and the second derivative is most of all that
-noise. So short waves are taken from it first: from even points along it by least squares, with a penalty on the change
-of the curvature along the curve, which leaves lines, circles and helices as they are.
+noise. So the curvature is averaged over windows along the curve. Each place has the longest window that the noise alone
+explains: its average and those over all shorter windows lie within a few deviations of each other (O. V. Lepski, 1991).
+Windows become as long as a bend of one radius, and stay short where the curvature changes.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import BSpline, make_interp_spline
-from scipy.linalg import solveh_banded
+from scipy.ndimage import convolve1d
 
 from dloftbs.data.curve_like import CurveLike
-from dloftbs.data.spline_geometry import bends
+from dloftbs.data.spline_geometry import bends, directions
 from dloftbs.support.arrays import LARGEST, FloatArray
 from dloftbs.support.values import check_number
 
-_KNOTS_PER_WAVE = 2.0
+_KNOTS_PER_WAVE = 1.0
 """Length of the waves that are noise where nothing else is stated, distances between knots.
 
-Source: by definition; knots carry no shorter ones (Nyquist).
+Source: measured by benchmarks.bends on other seeds; with 0.7, noise makes bends 5 to 10 % too tight, with 2, waves are
+flattened.
 """
 
-WIDTHS_PER_WAVE = 8.0
+WIDTHS_PER_WAVE = 2.0
 """Least length of the waves of an object of known width that are no noise, widths.
 
-Source: measured; two thirds of the shortest wave of bends of three widths' radius, two half circles. Of 6, 8, 9 and 10,
-the one with which radii are right to 2 % in clean scenes and to 6 % in noisy ones.
+Source: measured by benchmarks.bends on other seeds than its own: with 4, waves are flattened.
 """
 
-_STEPS = 24
-"""Number of points in a wave.
+_PLACE_WAVES = 7.0
+"""Length of the window in which the place of a bend is looked for, shortest waves.
 
-Source: numerics; more change radii by less than 0.001 of them.
+Source: measured as above; from 6 to 7.5 the radii are alike. In short windows, the place of the largest of many noisy
+values is that of the largest error.
 """
 
-_DIFFERENCES = np.array([-1.0, 3.0, -3.0, 1.0])
-"""Third derivative by points, the change of the curvature.
+_DEVIATIONS = 1.5
+"""Number of deviations within which the averages over two windows are equal.
+
+Source: measured as above; from 1 to 3 the radii are alike, and waves are flattened the more the larger it is.
+"""
+
+_GROWTH = 1.2
+"""Ratio of the lengths of two windows that follow each other.
+
+Source: numerics.
+"""
+
+_STEPS = 12
+"""Number of points in the shortest window.
+
+Source: numerics; more change radii by less than 0.01 of them.
+"""
+
+_LONGEST = 9.0
+"""Length of the longest window, shortest waves.
+
+Source: bounds time; longer ones change the radii of benchmarks.bends by less than 0.01 of them.
+"""
+
+_LENGTHS = _GROWTH ** np.arange(1.0 + np.floor(np.log(_LONGEST) / np.log(_GROWTH)))
+"""Lengths of all windows, shortest waves.
+
+Source: by definition.
+"""
+
+_MOST = 20_000
+"""Largest number of points.
+
+Source: bounds time, where the shortest wave is a tiny part of the curve.
+"""
+
+_TINY = float(np.finfo(np.float64).tiny)
+"""Least divisor.
+
+Source: numerics.
+"""
+
+_LEAST_DIRECTION = 0.5
+"""Least length of the average of the unit tangents in a window: a curve that turns farther is averaged no longer.
+
+Source: by definition; a window six radii long on a circle.
+"""
+
+_CHI_SQUARE_MEDIANS = {1: 0.4549, 2: 1.3863}
+"""Median of a sum of squares of independent normal errors, by their number.
 
 Source: by definition.
 """
@@ -45,47 +94,28 @@ Source: by definition.
 
 def bend_radius(curve: CurveLike, u: npt.ArrayLike, over: float | None) -> FloatArray:
     """Return the radii at `u` (...) of a curve without waves that are shorter than `over`."""
-    curvature = _curvature(curve, over)
     t = curve.t_at(u)  # whether it is on the curve
-    return _radius(curve.curvature(u) if curvature is None else curvature(curve.u_at(t)))
+    wave = _shortest_wave(curve, over)
+    if not wave:
+        return _radius(curve.curvature(u))
+    places, curvature, _ = _smooth_curvature(curve, wave)
+    return _radius(np.interp(curve.u_at(t), places, curvature, period=1.0 if curve.closed else None))
 
 
 def tightest_bend(curve: CurveLike, over: float | None) -> tuple[float, float]:
     """Return the place where a curve without short waves bends most, and the radius there."""
-    curvature = _curvature(curve, over) or curve.curvature
+    wave = _shortest_wave(curve, over)
+    if wave:
+        places, curvature, best = _smooth_curvature(curve, wave)
+        return float(places[best]), float(_radius(curvature)[best])
     breaks = curve.breaks
     t = np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * (np.arange(_STEPS) / _STEPS)).ravel(), 1.0)
     u = curve.u_at(t)
-    most = int(np.argmax(curvature(u)))
+    most = int(np.argmax(curve.curvature(u)))
     nearby = np.linspace(u[max(most - 1, 0)], u[min(most + 1, len(u) - 1)], 2 * _STEPS + 1)
-    near = curvature(nearby)
+    near = curve.curvature(nearby)
     best = int(near.argmax())
     return float(nearby[best]), float(_radius(near)[best])
-
-
-class _Curvature:
-    """The curvature of a smoothed curve, by the ``u`` of the curve that it was made of."""
-
-    def __init__(self, spline: BSpline) -> None:
-        self._spline = spline
-
-    def __call__(self, u: FloatArray) -> FloatArray:
-        return np.linalg.norm(bends(self._spline, u), axis=-1)
-
-
-def _curvature(curve: CurveLike, over: float | None) -> _Curvature | None:
-    """Return the curvature without waves shorter than `over`, or None where there are none to take away."""
-    wave = wave_of_knots(curve) if over is None else check_number("over", over, 0.0, LARGEST)
-    if not (wave > 0.0 and curve.length > 0.0):
-        return None
-    wave = min(wave, curve.length)
-    points = curve.sample(int(np.ceil(_STEPS * curve.length / wave)) + 1)
-    if not curve.closed:
-        smooth = _smoothed(points)
-        return _Curvature(make_interp_spline(np.linspace(0.0, 1.0, len(points)), smooth, 3))
-    around = _smoothed(np.tile(points[:-1], (3, 1)))[len(points) - 1 : 2 * len(points) - 1]
-    around[-1] = around[0]
-    return _Curvature(make_interp_spline(np.linspace(0.0, 1.0, len(points)), around, 3, bc_type="periodic"))
 
 
 def wave_of_knots(curve: CurveLike) -> float:
@@ -93,19 +123,93 @@ def wave_of_knots(curve: CurveLike) -> float:
     return _KNOTS_PER_WAVE * curve.length / (len(curve.breaks) - 1)
 
 
-def _smoothed(points: FloatArray) -> FloatArray:
-    """Return points (n, d) without waves of fewer than `_STEPS` points, of which half of the height is left."""
-    n, order = len(points), len(_DIFFERENCES) - 1
-    weight = (_STEPS / (2.0 * np.pi)) ** (2 * order)
-    bands = np.zeros((order + 1, n))
-    bands[-1] = 1.0
-    for apart in range(order + 1):
-        for k in range(order + 1 - apart):
-            bands[order - apart, k + apart : k + apart + n - order] += (
-                weight * _DIFFERENCES[k] * _DIFFERENCES[k + apart]
-            )
-    result: FloatArray = solveh_banded(bands, points)
-    return result
+def _shortest_wave(curve: CurveLike, over: float | None) -> float:
+    """Return the length of the shortest waves that are bends, at most that of the curve; 0 to take it as it is."""
+    wave = wave_of_knots(curve) if over is None else check_number("over", over, 0.0, LARGEST)
+    return min(wave, curve.length)
+
+
+def _smooth_curvature(curve: CurveLike, wave: float) -> tuple[FloatArray, FloatArray, int]:
+    """Return places (n,) along a curve, the curvature there (n,), and the number of the place that bends most."""
+    count = min(int(np.ceil(_STEPS * curve.length / wave)), _MOST)
+    places = np.linspace(0.0, 1.0, count + 1)[: count if curve.closed else None]
+    t = curve.t_at(places)
+    course = np.concatenate((directions(curve.spline, t), bends(curve.spline, t)), axis=1)
+    windows = wave * count / curve.length * _LENGTHS
+    windows = windows[windows <= len(places)]
+    found, straight = (
+        np.stack(one) for one in zip(*[_averages(course, w, curve.closed) for w in windows], strict=True)
+    )
+    std = _noise(found)
+
+    # Windows that the ends cut off say nothing: a bend is looked for in long ones as far as they fit, and measured in
+    # the nearest that fits.
+    numbers, last = np.arange(len(places)), len(places) - 1
+    halves = np.zeros(len(windows), np.intp) if curve.closed else (0.5 * windows).astype(np.intp)
+    wide = found[0].copy()
+    for half, one in zip(halves[_LENGTHS[: len(windows)] <= _PLACE_WAVES], found, strict=False):
+        wide[half : last + 1 - half] = one[half : last + 1 - half]
+    sizes = np.linalg.norm(wide, axis=1)
+    ways = np.divide(wide, sizes[:, None], out=np.zeros_like(wide), where=sizes[:, None] > 0.0)
+    whole = np.clip(numbers, halves[:, None], last - halves[:, None])
+    values = np.take_along_axis((found * ways).sum(axis=2), whole, axis=1)
+    usable = np.take_along_axis(straight, whole, axis=1) >= _LEAST_DIRECTION
+    curvature = _longest_that_agree(values, usable, std)
+
+    before, after = (sizes[-1], sizes[0]) if curve.closed else (-1.0, -1.0)
+    is_peak = (sizes >= np.append(before, sizes[:-1])) & (sizes > np.append(sizes[1:], after))
+    is_peak &= whole[0] == numbers
+    if not is_peak.any():
+        is_peak[whole[0, sizes[whole[0]].argmax()]] = True
+    best = int(np.where(is_peak, curvature, -1.0).argmax())
+    return places, np.minimum(curvature, curvature[best]), best
+
+
+def _averages(course: FloatArray, window: float, closed: bool) -> tuple[FloatArray, FloatArray]:
+    """Return the curvature (n, d) over windows of so many points, and the length (n,) of the averaged tangents.
+
+    It is that of the averaged tangents, which turn on a circle as the tangents themselves do.
+    """
+    half = int(0.5 * window)
+    weights = (1.0 - (np.arange(-half, half + 1) / (0.5 * window)) ** 2) ** 2
+    averages = convolve1d(course, weights / weights.sum(), axis=0, mode="wrap" if closed else "nearest")
+    tangents, turns = np.split(averages, 2, axis=1)
+    lengths = np.maximum(np.linalg.norm(tangents, axis=1), _TINY)
+    along = tangents / lengths[:, None]
+    return (turns - (turns * along).sum(axis=1, keepdims=True) * along) / lengths[:, None], lengths
+
+
+def _noise(found: FloatArray) -> FloatArray:
+    """Return the standard deviations (m,) of curvatures (m, n, d) over windows, the shortest first.
+
+    Where a curve bends evenly, the difference of two windows is the noise of the shorter one, and most places do. The
+    noise of the points is independent, so that the variance falls with the fifth power of the window.
+    """
+    other = min(int(np.searchsorted(_LENGTHS, 2.0)), len(found) - 1)
+    squares = ((found[0] - found[other]) ** 2).sum(axis=1)
+    std: FloatArray = (
+        np.sqrt(np.median(squares) / _CHI_SQUARE_MEDIANS[found.shape[2] - 1]) * _LENGTHS[: len(found)] ** -2.5
+    )
+    return std
+
+
+def _longest_that_agree(values: FloatArray, usable: npt.NDArray[np.bool_], std: FloatArray) -> FloatArray:
+    """Return for each place the curvature (n,) of the longest window that agrees with all shorter ones.
+
+    Parameters
+    ----------
+    values : numpy.ndarray, shape (m, n)
+        Of each window, the shortest first, and each place.
+    usable : numpy.ndarray, shape (m, n)
+        Whether a window may be taken at all.
+    std : numpy.ndarray, shape (m,)
+    """
+    reach = _DEVIATIONS * std[:, None]
+    low, high = np.maximum.accumulate(values - reach), np.minimum.accumulate(values + reach)
+    agree = np.logical_and.accumulate((low <= high) & usable)
+    longest = np.maximum(agree.sum(axis=0) - 1, 0)
+    curvature: FloatArray = np.maximum(np.take_along_axis(values, longest[None], axis=0)[0], 0.0)
+    return curvature
 
 
 def _radius(curvature: FloatArray) -> FloatArray:

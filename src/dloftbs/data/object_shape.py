@@ -141,4 +141,4 @@ def width_in_space(width_px: float, curve_3d: BSplineCurve, camera: PinholeCamer
 
 def _wave(curve: BSplineCurve, width: float | None) -> float:
     """Return the length of the shortest waves of a curve that are no noise."""
-    return max(wave_of_knots(curve), 0.0 if width is None else WIDTHS_PER_WAVE * width)
+    return wave_of_knots(curve) if width is None else WIDTHS_PER_WAVE * width

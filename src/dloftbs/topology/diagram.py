@@ -256,8 +256,7 @@ class Diagram:
         Simplified
             The diagram of what remains, and the moves in order.
         """
-        diagram, moves = simplify(self._map())
-        return Simplified(self._changed(diagram), tuple(moves))
+        return self._simplified
 
     @property
     def writhe(self) -> int | None:
@@ -297,8 +296,13 @@ class Diagram:
         return self.close(True) if agree and self.is_knotted is not None else None
 
     @cached_property
+    def _simplified(self) -> Simplified:
+        diagram, moves = simplify(self._map())
+        return Simplified(self._changed(diagram), tuple(moves))
+
+    @property
     def _reduced(self) -> Diagram:
-        return self.simplify().diagram
+        return self._simplified.diagram
 
     def _readings(self) -> Iterator[PlanarMap]:
         """Yield closed diagrams of all readings; none where too many orders are unknown, or a strand itself."""
@@ -413,7 +417,7 @@ class Diagram:
 
         After `simplify`, of the cables as they lie; None where no crossings remain, or no ends.
         """
-        return next_end_move(self._map(), self.closed, self.objects)
+        return next_end_move(self._reduced._map(), self.closed, self.objects)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the answers as plain values, ready for JSON."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dloftbs.topology.planar_map import PlanarMap
-from dloftbs.topology.reidemeister import reduce, simplify
+from dloftbs.topology.reidemeister import reduce
 
 
 @dataclass(frozen=True)
@@ -32,18 +32,18 @@ class EndMove:
     over: bool | None
 
 
-def next_end_move(diagram: PlanarMap, closed: Sequence[bool], objects: Sequence[int]) -> EndMove | None:
+def next_end_move(rest: PlanarMap, closed: Sequence[bool], objects: Sequence[int]) -> EndMove | None:
     """Return the end to draw back so that the fewest crossings remain; of equal ones, one that lies on top.
 
     Parameters
     ----------
-    diagram : PlanarMap
+    rest : PlanarMap
+        Simplified map.
     closed : sequence of bool
         Whether each strand is closed.
     objects : sequence of int
         Names of the strands.
     """
-    rest, _ = simplify(diagram)
     found = []
     for strand, name in enumerate(objects):
         walk = [] if closed[strand] else rest.walk(strand)

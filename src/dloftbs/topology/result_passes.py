@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,6 +19,14 @@ _HALF_WIDTHS = 64
 """Distance from a crossing up to which its two passes are followed until they part, half widths.
 
 Source: bounds time; a longer stretch side by side is rare.
+"""
+
+_OFF_AXIS_WIDTHS = 0.12
+"""Distance of a curve from the axis of its object, widths, from which on the look along it is another one's.
+
+Source: measured on 250 drawings of ropes 2.5 to 4 widths apart, of other seeds than those of benchmarks.topology. Of
+orders stated with more than 0.8, 18 of 1,079 are wrong; 17 of these are among the 100 at deviations above 0.1 widths.
+With 0.1, one of 972 is wrong, with 0.12 one of 994, with 0.15 one of 1,006, and with 0.2 seven of 1,019.
 """
 
 
@@ -39,7 +48,7 @@ def passes_of_result(
     strands = {detection: strand for strand, (detection, _) in enumerate(places)}
     if len(strands) < len(places):
         raise InputError(f"objects must differ, got {shown([detection for detection, _ in places])}")
-    found = []
+    turns: list[tuple[int, tuple[tuple[int, float], tuple[int, float]], float]] = []
     for label, crossing in enumerate(result.crossings):
         if (last := max(detection for detection, _ in crossing.passes)) >= len(result.detections):
             raise InputError(f"crossing {label} is one of detection {last}, but there are {len(result.detections)}")
@@ -60,16 +69,40 @@ def passes_of_result(
         (a, u_a), (b, u_b) = crossing.passes
         # The y axis of the image points down.
         cross = -turned * _turn(result.detections[a], u_a, result.detections[b], u_b)
+        turns.append((label, (at[0], at[1]), cross))
+    orders = _orders(result, [label for label, _, _ in turns])
+    found = []
+    for label, at_both, cross in turns:
+        crossing = result.crossings[label]
         # An order that comes without a confidence is meant as it is.
-        stated = crossing.confidence or float(crossing.top is not None)
+        stated = orders[label] if crossing.confidence > 0.0 else float(crossing.top is not None)
         top = crossing.top if stated >= min_confidence else None
-        found.append(CrossingPasses((at[0], at[1]), cross, top, stated, label))
+        found.append(CrossingPasses(at_both, cross, top, stated, label))
     chosen_ones = [result.detections[detection] for detection in strands]
     return {
         **assemble_passes([one.curve.closed for one in chosen_ones], found),
         "objects": tuple(strands),
         "strand_confidences": tuple([one.confidence for one in chosen_ones]),
     }
+
+
+def _orders(result: FrameResult, labels: Sequence[int]) -> dict[int, float]:
+    """Return the probabilities of the orders at crossings, in which confidences hold where both curves run right.
+
+    An order is read from the look along both curves. Where strands nearly touch, curves leave their axes, and show what
+    lies beside: then the order is a guess.
+    """
+    places: dict[int, list[tuple[int, float]]] = {}
+    for label in labels:
+        for detection, u in result.crossings[label].passes:
+            places.setdefault(detection, []).append((label, u))
+    sure = dict.fromkeys(labels, 1.0)
+    for detection, own in places.items():
+        one = result.detections[detection]
+        std = one.curve_std([u for _, u in own]) / max(one.width_px, 1.0)
+        for (label, _), off in zip(own, std.tolist(), strict=True):
+            sure[label] *= math.erf(_OFF_AXIS_WIDTHS / (math.sqrt(2.0) * off)) if off > 0.0 else 1.0
+    return {label: result.crossings[label].confidence * one + 0.5 * (1.0 - one) for label, one in sure.items()}
 
 
 def _place_of(result: FrameResult, one: int | Track) -> tuple[int, bool]:
