@@ -145,7 +145,9 @@ class _Across:
         changes = np.linalg.norm(steps, axis=2)
         if not changes.any():
             return None
-        rank = 1.0 - np.searchsorted(np.sort(changes, axis=None), changes) / changes.size
+        order = np.sort(changes, axis=None)
+        below, up_to = (np.searchsorted(order, changes, side) for side in ("left", "right"))
+        rank = 1.0 - 0.5 * (below + up_to) / changes.size  # alike changes share their mean rank, as on drawn pictures
         evidence = (math.log(_RANK) - (1.0 - _RANK) * np.log(rank)) / _ALIKE_PX
         at = offsets[1:-2] + 0.5
         widths = np.arange(_LEAST_PX, len(at))
