@@ -91,18 +91,22 @@ def cables_beneath(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> C
         if across is None:
             plain.append(stroke)
         else:
-            found.append(across)
-    widths = _widths(found)
-    for across, width_px in zip(found, widths, strict=True):
+            found.append((stroke, across))
+    shown = []
+    for (stroke, across), width_px in zip(found, _widths([across for _, across in found]), strict=True):
         half = 0.5 * (width_px - 1.0)
         far = half + _BORDER_PX + _BESIDE * width_px
         centre, clear = across.axis(width_px)
+        if not clear.any():
+            plain.append(stroke)
+            continue
+        shown.append(width_px)
         _fill(cable, centre, across.normals, clear, -half, half)
         _fill(beside, centre, across.normals, clear, -far, -half - _BORDER_PX)
         _fill(beside, centre, across.normals, clear, half + _BORDER_PX, far)
     on_cable = pixels_of((height, width), plain) | (cable > 0)
     on_ground = pixels_of((height, width), [stroke for stroke in strokes if not stroke.cable])
-    median = float(np.median(widths)) if len(widths) else float("nan")
+    median = float(np.median(shown)) if shown else float("nan")
     return CablesBeneath(on_cable & ~on_ground, (beside > 0) & ~on_cable & ~on_ground, median)
 
 
