@@ -98,4 +98,4 @@ def known_share(tracks: Iterable[Track], size: tuple[int, int]) -> float:
         if EndKind.BORDER in (track.ends or ()):
             return math.inf
         area += track.curve.length * (track.width_px or 0.0)
-    return area / (size[0] * size[1])
+    return area / (size[0] * size[1]) if area > 0.0 else 0.0

@@ -60,10 +60,10 @@ def match_whole_objects(
 ) -> Reading:
     """Return the best reading of a frame in which each observation is a whole object: a track's, or a new one.
 
-    It lies within the gate, a share of its length, of where the track is predicted. The track may be a part of it: then
-    more is seen than before. Loops have no ends that would say where an observation lies on them, and are left out, and
-    so are those that are short and end under what hides them. What lies about as near in either direction has that in
-    which parts of it show the track, `of_tracks`.
+    It lies within the gate, a share of its length, of where the track is predicted. A track against whose shape more
+    speaks than for it may be a part of it. Loops have no ends that would say where an observation lies on them, and are
+    left out, and so are those that are short and end under what hides them. What lies about as near in either direction
+    has that in which parts of it show the track, `of_tracks`.
     """
     if not models or not observations:
         return {}
@@ -72,7 +72,8 @@ def match_whole_objects(
     predicted, found = np.array([model.predicted for model in models]), np.array([one.points for one in observations])
     is_open = ~np.logical_or.outer([model.curve.closed for model in models], [one.curve.closed for one in observations])
     nearer = np.where(is_open & ~objects_differ(models, observations), gates, 0.0)
-    there, back = mean_distances(predicted, found, nearer)
+    is_part = np.array([model.belief.log_odds < 0.0 for model in models])
+    there, back = mean_distances(predicted, found, nearer, is_part)
     nearest, cost = np.minimum(there, back), np.full(gates.shape, _APART)
     for t, d in np.argwhere(nearest < gates).tolist():
         model, one = models[t], observations[d]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import float64
+from numba import boolean, float64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.tracking.kernels.interpolation import value_at
@@ -98,9 +98,9 @@ def mean_distance(points: _Floats, others: _Floats) -> float:
     return _mean_distance(points, others, False)
 
 
-@kernel(read(float64, 3), read(float64, 3), read(float64, 2))
-def mean_distances(tracks: _Floats, found: _Floats, nearer: _Floats) -> tuple[_Floats, _Floats]:
-    """Return the mean distances of tracks from curves, sample by sample; a track may be a part of a longer curve.
+@kernel(read(float64, 3), read(float64, 3), read(float64, 2), read(boolean, 1))
+def mean_distances(tracks: _Floats, found: _Floats, nearer: _Floats, is_part: _Bools) -> tuple[_Floats, _Floats]:
+    """Return the mean distances of tracks from curves, sample by sample.
 
     Parameters
     ----------
@@ -108,6 +108,8 @@ def mean_distances(tracks: _Floats, found: _Floats, nearer: _Floats) -> tuple[_F
     found : (f, m, 2) float64
     nearer : (t, f) float64
         Only the pairs count whose boxes are nearer to each other than this.
+    is_part : (t,) bool
+        Tracks that may be a part of a longer curve: they are compared with the best place along it, too.
 
     Returns
     -------
@@ -122,7 +124,7 @@ def mean_distances(tracks: _Floats, found: _Floats, nearer: _Floats) -> tuple[_F
                 there[t, f] = _mean_distance(tracks[t], found[f], False)
                 back[t, f] = _mean_distance(tracks[t], found[f], True)
                 length, longer = _length(tracks[t]), _length(found[f])
-                if length < longer:
+                if is_part[t] and length < longer:
                     share = length / longer
                     there[t, f] = min(there[t, f], _distance_as_part(tracks[t], found[f], share, False))
                     back[t, f] = min(back[t, f], _distance_as_part(tracks[t], found[f], share, True))
