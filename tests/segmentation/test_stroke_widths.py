@@ -27,13 +27,3 @@ def test_a_stroke_on_plain_ground_shows_no_width():
     assert np.isnan(found.width_px)
     assert not found.beside.any()
     assert found.cable.any()
-
-
-def test_a_stroke_without_edges_takes_the_width_that_the_others_agree_on():
-    rng = np.random.default_rng(4)
-    image = rng.integers(70, 110, (300, 300, 3), np.uint8)
-    image[56:65] = image[136:145] = (150, 60, 60)
-    strokes = [Stroke(points=[(60, y), (240, y)], radius_px=1.0) for y in (60, 140, 230)]
-    found = cables_beneath(image, strokes)
-    assert found.width_px == pytest.approx(9.0, abs=1.0)
-    assert found.cable[200:260].any(axis=1).sum() < 18

@@ -92,8 +92,6 @@ class PixelSample:
                 pixels = np.flatnonzero(where)
                 some = np.random.default_rng(0).permutation(len(pixels))[: int(share * most) // len(shifts)]
                 kind.append(canonical.features_of(small, pixels[np.sort(some)]))
-        if not any(part.shape[1] for part in kinds[0]):
-            return None
         rough = cv2.GaussianBlur(canonical.resized(image, found.width_px, _ROUGH_PX), (3, 3), 0)
         on_cable, next_to = (_shrunk(where, rough.shape[1::-1]) for where in (found.cable, found.beside))
         colours = []
