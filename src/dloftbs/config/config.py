@@ -115,6 +115,9 @@ class Config(Section, frozen=True, kw_only=True):
             return msgspec.convert(_with_ranges(data), cls)
         except msgspec.ValidationError as error:
             raise ConfigError(f"{error}{_meant_instead(str(error))}") from error
+        except IndexError as error:  # msgspec 0.22 takes numpy's values for sequences
+            told = "a value of numpy is none of a configuration: convert it to Python's by .item() or .tolist()"
+            raise ConfigError(told) from error
 
     @classmethod
     def from_yaml(cls, text: str) -> Config:

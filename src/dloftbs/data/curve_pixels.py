@@ -23,6 +23,12 @@ _MAX_POINTS = 1_000_000
 Source: bounds memory; only curves that leave the picture by far are so long.
 """
 
+_ROUNDING_PX = 1e-9
+"""Length along a curve that is none, px.
+
+Source: numerics; splines are evaluated to 1e-13 px in a picture.
+"""
+
 _Indices = npt.NDArray[np.intp]
 
 
@@ -92,6 +98,6 @@ def curve_mask(
 def _between_ends(points: FloatArray, nearest: _Indices, places: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
     """Return which of the places (m, 2) lie not beyond the first or the last point, where that is the nearest."""
     last = len(points) - 1
-    before = (nearest == 0) & ((places - points[0]) @ (points[1] - points[0]) < 0.0)
-    behind = (nearest == last) & ((places - points[last]) @ (points[last] - points[last - 1]) > 0.0)
+    before = (nearest == 0) & ((places - points[0]) @ (points[1] - points[0]) < -_ROUNDING_PX)
+    behind = (nearest == last) & ((places - points[last]) @ (points[last] - points[last - 1]) > _ROUNDING_PX)
     return ~(before | behind)

@@ -80,7 +80,8 @@ def parse_json(data: bytes | str, kind: Any = Any) -> Any:
     except UnicodeDecodeError as error:
         raise InputError(f"must be UTF-8: {error}") from error
     except msgspec.DecodeError as error:
-        raise InputError(str(error)) from error
+        text = str(error)
+        raise InputError(f"must be UTF-8: {text}" if "UTF-8" in text else text) from error
     if kind is Any:
         _check_json(value)
     return value

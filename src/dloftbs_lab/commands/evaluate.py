@@ -88,7 +88,7 @@ def evaluate(
     Single scenarios of rgbd and rgbd-artificial have 8 scenes. --quick and --scale take fewer.
 
     SUITE is a generated suite: rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
-    known-occluders, seen-occluders, plain-sight, edge-cases, real-footage, two-cameras, noise or harness. The suite
+    known-occluders, seen-occluders, noise, plain-sight, edge-cases, real-footage, two-cameras or harness. The suite
     simulated needs MuJoCo. The suite real-motion needs its recordings, or real-motion:FOLDER. A folder of labelled
     data is a suite, too (see below). By default all generated suites are scored.
 

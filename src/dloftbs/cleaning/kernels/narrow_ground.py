@@ -60,7 +60,7 @@ Source: bounds the time, by hand; a phone's photograph with pin-holes has 900.
 _MIN_SEEN_PX = 16
 """Number of pixels of a hole that every other pixel shows.
 
-Source: geometry; four by four, of which these are four. Shorter ones are closed before, unless nothing is.
+Source: geometry; of four by four it has four. Smaller holes are mostly closed before.
 """
 
 _LONGEST_REACH = WORD_BITS - 2
