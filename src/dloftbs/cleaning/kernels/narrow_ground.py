@@ -5,6 +5,8 @@ Every other pixel shows: most ground within a piece is wide, and this is soon se
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 from numba import int64, uint64
@@ -147,17 +149,33 @@ def _holds_any(bitmask: _Words, r: int, low: int, high: int) -> bool:
 
 
 @helper
-def _fill(
-    solid: _Bools,
-    owners: _Counts,
-    first: _Ints,
-    start: _Ints,
-    end: _Ints,
-    part: _Ints,
-    owner: _Ints,
-    chosen: _Bools,
-) -> None:
-    """Fill the chosen parts of narrow ground, given by its runs; each belongs to a piece, its owner."""
+def _draw_pieces(
+    first: _Ints, start: _Ints, end: _Ints, piece: _Ints, margin: int, columns: int
+) -> tuple[_Bools, _Counts]:
+    """Return a mask with a margin, and the piece of each pixel of it, from the runs of its ground."""
+    solid = np.zeros((len(first) - 1 + 2 * margin, columns), dtype=np.bool_)
+    owners = np.empty(solid.shape, dtype=np.int32)
+    for r in range(len(first) - 1):
+        for i in range(first[r], first[r + 1] - 1):
+            low, high = end[i] + margin, start[i + 1] + margin
+            solid[r + margin, low:high], owners[r + margin, low:high] = True, piece[i]
+    return solid, owners
+
+
+class _Narrow(NamedTuple):
+    """Narrow ground: its runs, as `ground_runs` has them, and the piece of the mask that each part of it is in."""
+
+    first: _Ints
+    start: _Ints
+    end: _Ints
+    part: _Ints
+    owner: _Ints
+
+
+@helper
+def _fill(solid: _Bools, owners: _Counts, narrow: _Narrow, chosen: _Bools) -> None:
+    """Fill the chosen parts of narrow ground."""
+    first, start, end, part, owner = narrow
     for r in range(len(first) - 1):
         for i in range(first[r], first[r + 1]):
             if chosen[part[i]]:
@@ -166,18 +184,12 @@ def _fill(
 
 @helper
 def _drop_deep(
-    solid: _Bools,
-    first: _Ints,
-    start: _Ints,
-    end: _Ints,
-    part: _Ints,
-    is_kind: _Bools,
-    usable: _Bools,
-    deepest: npt.NDArray[np.float64],
+    solid: _Bools, narrow: _Narrow, is_kind: _Bools, usable: _Bools, deepest: npt.NDArray[np.float64]
 ) -> None:
     """Drop parts of one kind that lie deeper in what is solid than a distance of their own."""
     if not is_kind.any():
         return
+    first, start, end, part, _ = narrow
     squares = squared_distances(solid)
     for r in range(len(first) - 1):
         for i in range(first[r], first[r + 1]):
@@ -188,29 +200,18 @@ def _drop_deep(
 
 
 @helper
-def _keep_within(
-    solid: _Bools,
-    owners: _Counts,
-    first: _Ints,
-    start: _Ints,
-    end: _Ints,
-    part: _Ints,
-    owner: _Ints,
-    is_hole: _Bools,
-    usable: _Bools,
-    pieces: int,
-) -> None:
-    """Drop parts of narrow ground, given by its runs, that lie deeper than within one cable of the piece they are in.
+def _keep_within(solid: _Bools, owners: _Counts, narrow: _Narrow, is_hole: _Bools, usable: _Bools, pieces: int) -> None:
+    """Drop parts of narrow ground that lie deeper than within one cable of the piece they are in.
 
-    `owners` are the pieces of what is solid, and `owner` those of the parts. What is usable is filled in both.
+    `owners` are the pieces of what is solid. What is usable is filled in both.
     """
-    filled = solid.copy()
-    _fill(filled, owners, first, start, end, part, owner, owner >= 0)
+    owner, filled = narrow.owner, solid.copy()
+    _fill(filled, owners, narrow, owner >= 0)
     widths = single_widths(squared_distances(filled), owners, pieces) + _ERROR
     deepest = np.where(is_hole, DEEPEST_HOLE_WIDTHS, DEEPEST_SLIT_WIDTHS) * widths[owner] + _ERROR
     for is_kind in (usable & is_hole, usable & ~is_hole):  # holes are filled before slits are looked at
-        _fill(solid, owners, first, start, end, part, owner, is_kind)
-        _drop_deep(solid, first, start, end, part, is_kind, usable, deepest)
+        _fill(solid, owners, narrow, is_kind)
+        _drop_deep(solid, narrow, is_kind, usable, deepest)
 
 
 @helper
@@ -306,13 +307,9 @@ def _find_narrow(
         return np.empty((0, 3), dtype=np.int64)
     if _keep_whole(framed, size, boxes, margin, usable, is_hole) and usable.any():
         left = WORD_BITS - margin  # the margin is cut to what the closing needs
-        solid = np.zeros((height, columns - 2 * left), dtype=np.bool_)
-        owners = np.empty(solid.shape, dtype=np.int32)
-        for r in range(rows):
-            for i in range(first[r], first[r + 1] - 1):
-                low, high = end[i] + margin, start[i + 1] + margin
-                solid[r + margin, low:high], owners[r + margin, low:high] = True, piece[i]
-        _keep_within(solid, owners, firsts, starts - left, ends - left, part, owner, is_hole, usable, len(area))
+        solid, owners = _draw_pieces(first, start, end, piece, margin, columns - 2 * left)
+        narrow = _Narrow(firsts, starts - left, ends - left, part, owner)
+        _keep_within(solid, owners, narrow, is_hole, usable, len(area))
     count = 0
     for i in range(len(starts)):
         if usable[part[i]]:
