@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import time
 from contextlib import contextmanager
 
 import aiohttp
@@ -28,6 +29,14 @@ def cable_image(shift=0.0, size=SIZE, colour=ORANGE):
     image[cable_mask(shift, size)] = colour
     noise = np.random.default_rng(int(1000 * shift)).integers(-4, 5, image.shape)
     return np.clip(image + noise, 0, 255).astype(np.uint8)
+
+
+def wait_for(condition):
+    """Wait until a condition holds."""
+    end = time.monotonic() + TIMEOUT_S
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.002)
 
 
 class CableSource(Source):

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from contextlib import contextmanager
 
 import pytest
-from ui.page_client import SIZE, CableSource
+from ui.page_client import SIZE, CableSource, wait_for
 from ui.test_tune_session import along
 
 from dloftbs import Config, Pipeline
@@ -215,8 +214,7 @@ def test_a_recording_that_ends_can_be_stepped_looped_and_begun_again(open_page):
         page.locator("#loop[aria-pressed=true]").wait_for()
         page.locator("#hint").wait_for(state="hidden")
         page.close()
-        time.sleep(0.2)
-        assert len(session.audience) == 0
+        wait_for(lambda: len(session.audience) == 0)
 
 
 def test_a_slow_browser_sees_the_newest_frame_and_holds_nobody_up(open_page):

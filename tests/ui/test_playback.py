@@ -2,6 +2,7 @@ from threading import Thread
 from time import monotonic, sleep
 
 import pytest
+from ui.page_client import wait_for
 
 from dloftbs.ui.playback import Playback
 
@@ -17,13 +18,6 @@ def counted(playback):
     thread = Thread(target=run)
     thread.start()
     return turns, thread
-
-
-def wait_for(condition):
-    end = monotonic() + 10.0
-    while not condition():
-        assert monotonic() < end
-        sleep(0.002)
 
 
 def test_nothing_runs_while_nobody_looks():

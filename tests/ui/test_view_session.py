@@ -7,7 +7,7 @@ from threading import Thread
 import cv2
 import numpy as np
 import pytest
-from ui.page_client import SIZE, CableSource, connected
+from ui.page_client import SIZE, CableSource, connected, wait_for
 
 from dloftbs import Frame, PinholeCamera, Pipeline
 from dloftbs.errors import SourceError
@@ -86,8 +86,7 @@ def test_a_browser_that_goes_is_forgotten_and_the_recording_waits():
     with viewing(source, fps=100.0) as (session, address, client):
         client.picture()
         client.close()
-        time.sleep(0.2)
-        assert len(session.audience) == 0
+        wait_for(lambda: len(session.audience) == 0)
         with connected(address) as again:
             header, _ = again.picture()
             assert header["index"] < 150
