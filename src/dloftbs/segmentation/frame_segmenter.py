@@ -157,9 +157,10 @@ def _is_cable(mask: AnyArray) -> npt.NDArray[np.bool_]:
 def _checked(mask: AnyArray, size: tuple[int, int]) -> AnyArray:
     if mask is None:
         raise InputError("the segmenter returned None; it must return a mask (H, W)")
-    shape = tuple(getattr(mask, "shape", ()))
-    if len([side for side in shape if side != 1]) == 3:
-        raise InputError(f"the segmenter must return a mask (H, W), got {shape}; return the channel of the cable alone")
+    shape = getattr(mask, "shape", None)  # of an array of any library
+    if isinstance(shape, tuple) and len([side for side in shape if side != 1]) == 3:
+        got = tuple(shape)
+        raise InputError(f"the segmenter must return a mask (H, W), got {got}; return the channel of the cable alone")
     mask = check_mask(mask, may_be_soft=True)
     if mask.shape != size:
         raise InputError(
