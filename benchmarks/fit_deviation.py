@@ -166,8 +166,8 @@ def table(title: str, train: Mapping[str, Points], test: Mapping[str, Points], w
 
 HEAD = """# How sure each point is
 
-`Detection.curve_std` and `curve_3d_std` state the standard deviation of a point across the curve. It is the root of a
-sum of squares of a few terms (`dloftbs.data.deviation`):
+`Detection.curve_std` and `curve_3d_std` are the standard deviation of points of the curve, measured across it. It is the
+root of a weighted sum of squares (`dloftbs.data.deviation`). The terms are:
 
 | in the image | in space |
 | --- | --- |
@@ -175,18 +175,21 @@ sum of squares of a few terms (`dloftbs.data.deviation`):
 | the misfit of the pixels to the curve | the noise of depth |
 | the roughness of the local radii | the width, where the cable recedes |
 | bends that the knots cannot follow | the distance from measured depth |
-| the misfit where cables touch, whose radii nobody can measure | |
+| the misfit where cables touch and radii cannot be measured | |
 | the distance from seen parts, in gaps | |
 
-A curve averages the noise of its pixels from knot to knot, so that distant knots divide these terms.
-`python -m benchmarks.fit_deviation` fits the weights to shares of 68 and 95 % within one and two deviations, and writes
-this page. Each source below is left out of the fit that judges it, and is judged on other seeds. The goal is 60 to 76 %
-within one deviation, and 90 to 98 % within two.
+The curve averages the noise of its pixels between two knots. So these terms are smaller if the knots are far apart.
 
-A point more than half a width off lies on another course, which `confidence` states. The last column counts these
-points, and the shares leave them out. No deviation covers what neither a mask nor the noise of depth shows.
-Such sources are judged, but not fitted to. The light of *rgb* comes from one side and moves its masks by 0.1 px.
-Cameras of *rgbd-camera, fattened* see the edges of cables nearer or farther than they are, by a millimetre."""
+`python -m benchmarks.fit_deviation --write` fits the weights and writes this page. The fit aims at 68 % of the points
+within one deviation, and 95 % within two. Each source in the tables is left out of the fit that it is compared with, and
+its test data have other seeds. The goal is 60 to 76 % within one deviation, and 90 to 98 % within two.
+
+A point more than half a width off the true curve is on a wrong course, which `confidence` covers. The last column counts
+such points; the other columns leave them out.
+
+Some errors appear neither in the mask nor in the noise of depth, so no deviation covers them. Two sources have such
+errors, and are not used for the fit. In *rgb*, the light comes from one side and shifts the masks by 0.1 px. In
+*rgbd-camera, fattened*, the camera measures the edges of cables nearer or farther than they are, by a millimetre."""
 
 
 def main() -> None:

@@ -30,8 +30,9 @@ class FakeCamera:
 
 
 camera = cv2.VideoCapture(int(sys.argv[1])) if len(sys.argv) > 1 else FakeCamera()
-since = perf_counter()
+frames, since = 0, perf_counter()
 for result in dloftbs.track(camera, hsv="orange"):
+    frames += 1
     for track in result.tracks:
         print(f"frame {result.index}, cable {track.id}: ends at {track.curve.end.round(1)}, {result.total_ms:.1f} ms")
-print(f"{(result.index + 1) / (perf_counter() - since):.0f} frames/s")
+print(f"{frames / (perf_counter() - since):.0f} frames/s")

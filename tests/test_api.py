@@ -279,6 +279,13 @@ class TestFiles:
         assert "it is grey, and the colour asks for saturation" in reason
         assert "if it is a mask, leave the colour out" in reason
 
+    def test_a_black_picture_is_dark(self) -> None:
+        """As the first ones of a webcam."""
+        black = np.zeros((*mask_of().shape, 3), np.uint8)
+        assert "it is dark: the colour asks for a brightness of 40" in (
+            dloftbs.detect(black, hsv="orange").reason or ""
+        )
+
     def test_an_array_of_bool_is_a_mask_beside_a_colour(self) -> None:
         config = {"segmentation": {"hsv": RED}}
         assert len(dloftbs.detect(mask_of() != 0, config=config)) == 1

@@ -135,6 +135,15 @@ def test_the_time_that_is_left_does_not_count_what_the_first_frame_compiled(monk
     assert "  1:28 left  " in report.line()
 
 
+def test_stages_stand_in_their_order_even_if_the_first_masks_are_empty():
+    report = RunReport()
+    report.add(result(cleaning=1.0, tracking=2.0))
+    report.add(result(cleaning=1.0, skeleton=3.0, linking=4.0, tracking=2.0))
+    report.add(result(cleaning=1.0, tracking=2.0))
+    assert list(report.stages) == ["cleaning", "skeleton", "linking", "tracking"]
+    assert [times.count for times in report.stages.values()] == [3, 1, 1, 3]
+
+
 def test_images_have_objects_and_no_tracks():
     report = RunReport(3, tracked=False)
     report.add(result())

@@ -154,6 +154,22 @@ def test_a_segmenter_that_returns_nothing_is_refused():
         dloftbs.detect(picture(), segmenter=lambda image: None)
 
 
+@pytest.mark.parametrize(
+    ("mask", "said"),
+    [
+        (np.zeros((2, 100, 200), np.float32), r"got \(2, 100, 200\); return the channel of the cable alone"),
+        (np.zeros((1, 2, 100, 200), np.float32), r"got \(1, 2, 100, 200\); return the channel"),
+        (np.zeros((100, 200, 3), np.uint8), r"got \(100, 200, 3\); return the channel"),
+        (np.zeros((200, 100), np.uint8), r"got \(200, 100\); rows come first: mask\.T"),
+        (np.zeros((50, 100), np.float32), r"got \(50, 100\); resize it: cv2\.resize\(mask, \(200, 100\)\)"),
+        (np.zeros((50, 100), bool), r"resize it: cv2\.resize\(mask\.astype\(np\.uint8\), .*INTER_NEAREST"),
+    ],
+)
+def test_a_mask_of_another_shape_is_refused_with_what_mends_it(mask, said):
+    with pytest.raises(InputError, match=said):
+        dloftbs.detect(picture(), segmenter=lambda image: mask)
+
+
 def test_the_first_guess_is_what_is_long_and_differs():
     image = picture()
     image[40:60, 90:110] = (255, 255, 255)  # a square

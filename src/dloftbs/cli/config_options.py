@@ -94,8 +94,8 @@ def config_options(command: Command) -> Command:
         "--background",
         type=file_path(),
         metavar="FILE",
-        help="Picture of the same place without cables, from `dloftbs background`, for a camera that stands still. "
-        "All that differs is cable. A colour combines with it as with --local (segmentation.background.join).",
+        help="Picture of the place without cables, from `dloftbs background`; the camera must not move. "
+        "Every difference counts as cable. A colour combines with it as with --local (segmentation.background.join).",
     )
     @click.option(
         "--objects",

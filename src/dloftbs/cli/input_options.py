@@ -263,7 +263,7 @@ def input_options(command: Command) -> Command:
         "--occluders",
         type=FilledPath(),
         metavar="PATH|RULE",
-        help="Masks of what may hide cables, such as a robot or a hand: a file, a folder or a naming rule.",
+        help="Masks of objects that may hide cables, such as a robot or a hand: a file, a folder or a naming rule.",
     )
     @click.option(
         "--instances",

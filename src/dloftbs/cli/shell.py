@@ -121,12 +121,17 @@ def report_error(message: object) -> None:
     click.echo(f"error: {message}", err=True)
 
 
+_PROGRESS = "dloftbs.kernels.progress"
+"""Logger of the compilation, which is no fault; in a program its records are warnings, so that they are seen."""
+
+
 class _MessageHandler(logging.Handler):
     """Prints log records as short lines on standard error as it is at the moment: a progress bar redirects it."""
 
     def emit(self, record: logging.LogRecord) -> None:
         # echo(err=True) would reach around rich's proxy, into the bar.
-        click.echo(f"{record.levelname.lower()}: {record.getMessage()}", file=sys.stderr)
+        level = "" if record.name == _PROGRESS else f"{record.levelname.lower()}: "
+        click.echo(f"{level}{record.getMessage()}", file=sys.stderr)
 
 
 @contextmanager

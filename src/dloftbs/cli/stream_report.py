@@ -51,8 +51,11 @@ class RunReport:
         if self.frames == 1:
             self._first = self._last
         self.total.add(result.total_ms)
+        if not self.stages.keys() >= result.stage_ms.keys():  # an empty mask passes fewer stages: in their order
+            names = [*result.stage_ms, *self.stages]
+            self.stages = {name: self.stages.get(name) or LatencyHistogram() for name in names}
         for stage, ms in result.stage_ms.items():
-            self.stages.setdefault(stage, LatencyHistogram()).add(ms)
+            self.stages[stage].add(ms)
         self.objects += len(result)
         self.steadiness.add(result.tracks, len(result))
         if result.reason is not None:

@@ -30,7 +30,7 @@ from dloftbs.kernels.kernel_cache import KernelCache
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
-_log = logging.getLogger("dloftbs.kernels")
+_log = logging.getLogger("dloftbs.kernels.progress")
 _SHARED = Path(__file__).parent / "shared"
 LINE_EVERY_S = 5.0
 """Seconds from one line about the compilation to the next."""

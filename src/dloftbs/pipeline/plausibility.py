@@ -59,6 +59,9 @@ def grey_hint(image: AnyArray, config: SegmentationConfig) -> str:
     """Return the end of a reason why no colour is found in an image (H, W, 3), if the image has none."""
     if not all((part == part[..., :1]).all() for part in (image[::GRID_PX, ::GRID_PX], image)):
         return ""
+    least = min((box.value[0] for box in config.hsv), default=0)
+    if image.max(initial=0) < least:
+        return f"; it is dark: the colour asks for a brightness of {least} or more"
     if_mask = "if it is a mask, leave the colour out, or say --kind mask"
     if config.hsv and all(box.saturation[0] > 0 for box in config.hsv):
         return (

@@ -157,7 +157,22 @@ def _is_cable(mask: AnyArray) -> npt.NDArray[np.bool_]:
 def _checked(mask: AnyArray, size: tuple[int, int]) -> AnyArray:
     if mask is None:
         raise InputError("the segmenter returned None; it must return a mask (H, W)")
+    shape = getattr(mask, "shape", None)  # of an array of any library
+    if isinstance(shape, tuple) and len([side for side in shape if side != 1]) == 3:
+        got = tuple(shape)
+        raise InputError(f"the segmenter must return a mask (H, W), got {got}; return the channel of the cable alone")
     mask = check_mask(mask, may_be_soft=True)
     if mask.shape != size:
-        raise InputError(f"the segmenter's mask must have the frame's size {size}, got {mask.shape}")
+        raise InputError(
+            f"the segmenter's mask must have the frame's size {size}, got {mask.shape}{_remedy(mask, size)}"
+        )
     return mask
+
+
+def _remedy(mask: AnyArray, size: tuple[int, int]) -> str:
+    """Return what gives a mask a size, to be added to a message."""
+    if mask.shape == size[::-1]:
+        return "; rows come first: mask.T"
+    if mask.dtype.kind == "f":
+        return f"; resize it: cv2.resize(mask, {size[::-1]})"
+    return f"; resize it: cv2.resize(mask.astype(np.uint8), {size[::-1]}, interpolation=cv2.INTER_NEAREST)"

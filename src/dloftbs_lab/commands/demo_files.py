@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 
 _WHAT = {
     INDEX: "a page with the video, the figures and the commands to run next: open this first",
-    INPUT: "the video that was drawn",
+    INPUT: "the generated video",
     OVERLAY: "the video with the curves: a dot is the start, a ring the end, dashes were not seen but inferred",
     SHEET: "a dozen frames of it",
     CURVES: "all curves, one line of JSON a frame",
     "cable_1.config.yaml": "the settings used, with the colour of the first cable",
-    "cable_2.config.yaml": "the same for the second one",
+    "cable_2.config.yaml": "the settings for the second cable",
     **demo_space.WHAT,
     SUMMARY: "the figures below, and each frame's",
     README: "this text",
@@ -170,7 +170,7 @@ def describe(rows: list[tuple[str, str]], space: SpaceRun, folder: Path) -> None
     files = "\n".join(f"{name:20}{what}" for name, what in _WHAT.items())
     text = (
         f"{_TITLE} {__version__}\n\n{files}\n\n"
-        "One cable by hand, in this folder:\n\n"
+        "Track one cable yourself, in this folder:\n\n"
         f"    dloftbs track {INPUT} --config cable_1.config.yaml --out cable_1.jsonl --overlay cable_1.mp4\n\n"
         "A cable in space, its curve as a mesh:\n\n"
         f"    {space.command()}\n\n"

@@ -126,7 +126,7 @@ def evaluate(
       00.json        its truth: {"curves": [[[x, y], [x, y], ...], ...]}, a list of points per cable
       00.mask.png    mask of the image, any non-zero is cable; without it, give --hsv
       00.depth.png   depth: 16 bits in mm, or 00.depth.npy in metres; optional
-      00.occluders.png   mask of what may hide cables; optional
+      00.occluders.png   mask of objects that may hide cables; optional
       01.jpg
       01.csv         in place of JSON: a line object,x,y (or object,x,y,z), then a row per point
       camera.json    {"fx": ..., "fy": ..., "cx": ..., "cy": ...}, for curves in metres; optional

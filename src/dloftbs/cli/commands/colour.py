@@ -54,7 +54,7 @@ def parse_strokes(context: click.Context, parameter: click.Parameter, texts: tup
     metavar="[N@]X,Y[:X,Y...]",
     callback=parse_strokes,
     help="A click on a cable, or a stroke along it, in pixels; 2@X,Y is in the second picture. Repeatable. A stroke "
-    "says more than a click.",
+    "is much better than a click.",
 )
 @click.option(
     "--not",

@@ -57,7 +57,7 @@ def diagnose(
 
     INPUT and the options are those of `dloftbs track`. The command tracks the first frames and prints a page of text:
     the source, the mask, the objects found and dropped, the time of each stage, and what to change, the most frequent
-    fault first. The exit code is 0 whatever is found, and 1 if the input cannot be read.
+    fault first. The exit code is 0, and 1 if the input cannot be read.
 
     \b
     dloftbs diagnose cable.mp4 --hsv 170:10,80:255,60:255
