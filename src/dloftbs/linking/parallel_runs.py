@@ -16,6 +16,7 @@ from dloftbs.data.graph import (
     stop_of,
 )
 from dloftbs.linking.depth_steps import MIN_GAIN, DepthSteps
+from dloftbs.linking.end_widths import gain_by_width
 from dloftbs.linking.kernels import parallel_runs as kernels
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.linking.temporal_prior import TemporalPrior
@@ -74,8 +75,8 @@ def separate_parallel_runs(
 ) -> None:
     """Give each cable of shared branches its own offset axis, and join it with the cable that continues it.
 
-    Steps in depth count as well as the mask, and the prior decides where both are unclear. Partners change where the
-    cables cross otherwise than the duplicates were joined; the points and radii of the shared branches change.
+    Widths and steps in depth count as well as the mask, and the prior decides where all are unclear. Partners change
+    where the cables cross otherwise than the duplicates were joined; points and radii of the shared branches change.
 
     Parameters
     ----------
@@ -162,18 +163,20 @@ def _separate(
     swapped, margin, weakest = kernels.find_swaps(
         middle + shift, middle - shift, arc, separation, leading[0], leading[1], continued[0], continued[1], width
     )
-    if leaves and steps is not None and weakest >= 0:
-        # The evidence of the mask is for exchanging the exits, or against it; so is that of depth.
+    if leaves and weakest >= 0:
+        # The evidence of the mask is for exchanging the exits, or against it; so are widths and depth.
         exchanged = (last_side != first_side) != swapped[-1]
-        margin += (1.0 if exchanged else -1.0) * steps.gain(exit_one, exit_two)
+        gain = gain_by_width(branches, before, after, width)
+        gain += 0.0 if steps is None else steps.gain(exit_one, exit_two)
+        margin += (1.0 if exchanged else -1.0) * gain
         if margin < 0.0:
             swapped[weakest:] = ~swapped[weakest:]
             margin = -margin
     if leaves and prior is not None and margin < _UNCLEAR and weakest >= 0:
         # The cable that comes in on the first side leaves on it, unless the two swap sides.
         stays = (last_side == first_side) != swapped[-1]
-        gain = _gain_of_swap(branches, prior, before, after if stays else after[::-1])
-        if gain > _MIN_LEAD:
+        lead = _gain_of_swap(branches, prior, before, after if stays else after[::-1])
+        if lead > _MIN_LEAD:
             swapped[weakest:] = ~swapped[weakest:]
             margin = -margin
     for end in (*before, *(after if leaves else ())):
