@@ -173,12 +173,13 @@ sum of squares of a few terms (`dloftbs.data.deviation`):
 | --- | --- |
 | the pixel grid, by the slope of the edge | the deviation in the image |
 | the misfit of the pixels to the curve | the noise of depth |
-| the roughness of the local radii | the width, where the cable recedes |
+| the roughness of the local radii, averaged from knot to knot | the width, where the cable recedes |
 | bends that the knots cannot follow | the distance from measured depth |
 | the misfit where cables touch, whose radii nobody can measure | |
 | the distance from seen parts, in gaps | |
 
-A curve averages the noise of its pixels from knot to knot, so that distant knots divide these terms.
+A curve averages the noise of its pixels from knot to knot, so that distant knots divide these terms. Noise that goes
+together for longer, as in the masks of networks, stays in the curve. It stays in averages of the radii, too.
 `python -m benchmarks.fit_deviation` fits the weights to shares of 68 and 95 % within one and two deviations, and writes
 this page. Each source below is left out of the fit that judges it, and is judged on other seeds. The goal is 60 to 76 %
 within one deviation, and 90 to 98 % within two.
