@@ -14,13 +14,13 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.spans import Spans
 from dloftbs.support.arrays import FloatArray
 
-WEIGHTS = np.array([0.296, 1.357, 0.700, 0.501, 2.872, 0.039])
+WEIGHTS = np.array([0.277, 1.382, 0.614, 0.490, 2.794, 0.035])
 """Factors of the terms in the image: grid, misfit, roughness, bends, radii that were not measured, inferred parts.
 
 Source: fitted by benchmarks.fit_deviation.
 """
 
-WEIGHTS_3D = np.array([1.0, 1.977, 0.011, 0.020])
+WEIGHTS_3D = np.array([1.001, 1.979, 0.012, 0.020])
 """Factors of the terms in space: across the line of sight, depth's noise, the width where it recedes, unseen parts.
 
 Source: fitted by benchmarks.fit_deviation.
