@@ -173,12 +173,13 @@ root of a weighted sum of squares (`dloftbs.data.deviation`). The terms are:
 | --- | --- |
 | the pixel grid, by the slope of the edge | the deviation in the image |
 | the misfit of the pixels to the curve | the noise of depth |
-| the roughness of the local radii | the width, where the cable recedes |
+| the roughness of the local radii, averaged from knot to knot | the width, where the cable recedes |
 | bends that the knots cannot follow | the distance from measured depth |
 | the misfit where cables touch and radii cannot be measured | |
 | the distance from seen parts, in gaps | |
 
-The curve averages the noise of its pixels between two knots. So these terms are smaller if the knots are far apart.
+The curve averages the noise of its pixels between two knots. So these terms are smaller if the knots are far apart. Noise
+that is correlated over a longer stretch, as in the masks of networks, stays in the curve, and in averages of the radii.
 
 `python -m benchmarks.fit_deviation --write` fits the weights and writes this page. The fit aims at 68 % of the points
 within one deviation, and 95 % within two. Each source in the tables is left out of the fit that it is compared with, and

@@ -14,13 +14,13 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.spans import Spans
 from dloftbs.support.arrays import FloatArray
 
-WEIGHTS = np.array([0.296, 1.357, 0.949, 0.501, 2.872, 0.039])
+WEIGHTS = np.array([0.277, 1.382, 0.614, 0.490, 2.794, 0.035])
 """Factors of the terms in the image: grid, misfit, roughness, bends, radii that were not measured, inferred parts.
 
 Source: fitted by benchmarks.fit_deviation.
 """
 
-WEIGHTS_3D = np.array([1.0, 1.977, 0.011, 0.020])
+WEIGHTS_3D = np.array([1.001, 1.979, 0.012, 0.020])
 """Factors of the terms in space: across the line of sight, depth's noise, the width where it recedes, unseen parts.
 
 Source: fitted by benchmarks.fit_deviation.
@@ -38,6 +38,12 @@ _ROUGHNESS_WIDTHS = 12.0
 Source: by definition; two bends of the shortest waves that a cable of that width can have.
 """
 
+_HADAMARD = 6.0
+"""Variance of a second difference of independent values, over that of one of them.
+
+Source: by definition; 1 + 4 + 1.
+"""
+
 _CUBIC_ERROR = 1.0 / 384.0
 """Largest error of a cubic spline over its fourth derivative and the fourth power of its step.
 
@@ -48,7 +54,9 @@ Source: by definition; C. A. Hall, W. W. Meyer, 1976, for half of a step.
 def terms_in_image(curve: BSplineCurve, line: Centerline, inferred: Spans, u: FloatArray) -> FloatArray:
     """Return the terms (n, 6), px, whose squares, with `WEIGHTS`, sum up to the variance at `u` (n,).
 
-    A curve averages the noise of its pixels over the distance of its knots, the more the longer that is.
+    A curve averages the noise of its pixels over the distance of its knots, the more the longer that is. Noise that
+    goes together for so long stays: the radii show it, since edges that move apart are as frequent as edges that move
+    to one side.
     """
     width, length, at = line.width_px, curve.length, u * curve.length
     spacing = np.maximum(_spacing(curve, u), width / _MISFIT_WIDTHS)
@@ -67,13 +75,15 @@ def terms_in_image(curve: BSplineCurve, line: Centerline, inferred: Spans, u: Fl
     # Radii that are equal to the last bit were laid along the line, as where cables run side by side.
     equal = np.append(np.diff(line.radius) == 0.0, [False])
     unmeasured = _mean_near(places, equal.astype(np.float64), at, _MISFIT_WIDTHS * width)
-    roughness = _roughness(places, line.radius, at, _ROUGHNESS_WIDTHS * width)
+    # Three stretches have to fit, with room to move.
+    stretches = np.minimum(np.maximum(_spacing(curve, curve.u_at(line.u)), width / _MISFIT_WIDTHS), 0.25 * length)
+    roughness = _roughness(places, line.radius, stretches, at, _ROUGHNESS_WIDTHS * width)
     hidden = depth_inside(u, inferred) * length
     hidden[hidden > 0.0] += 0.5 * width
     columns = (
         grid,
         misfit * averaged,
-        roughness * averaged,
+        roughness,
         _bends(curve)[_spans(curve, u)],
         unmeasured * misfit,
         hidden,
@@ -103,13 +113,20 @@ def _bends(curve: BSplineCurve) -> FloatArray:
     return bends
 
 
-def _roughness(places: FloatArray, radius: FloatArray, at: FloatArray, window: float) -> FloatArray:
-    """Return the deviation (m,) of radii (n,) around others' places from a straight line: perspective is no noise."""
-    x, y = places - np.mean(places), radius - np.median(radius)
-    x_mean, y_mean, xx, xy, yy = (_mean_near(places, values, at, window) for values in (x, y, x * x, x * y, y * y))
-    xx, xy, yy = xx - x_mean**2, xy - x_mean * y_mean, yy - y_mean**2
-    explained = np.divide(xy**2, xx, out=np.zeros(len(at)), where=xx > 1e-9)
-    rough: FloatArray = np.sqrt(np.maximum(yy - explained, 0.0))
+def _roughness(
+    places: FloatArray, radius: FloatArray, stretches: FloatArray, at: FloatArray, window: float
+) -> FloatArray:
+    """Return the noise (m,) of radii (n,) that is left in their averages over stretches (n,), around others' places.
+
+    It is the Hadamard deviation, of second differences of the averages of three stretches in a row. Noise that a
+    stretch averages out is not in it, nor is a width that grows along the cable, as perspective makes it.
+    """
+    before, here, after = (_mean_near(places, radius, places + n * stretches, stretches) for n in (-1.0, 0.0, 1.0))
+    squares = (before - 2.0 * here + after) ** 2 / _HADAMARD
+    whole = (places >= places[0] + 1.5 * stretches) & (places <= places[-1] - 1.5 * stretches)
+    if not whole.any():
+        whole[:] = True
+    rough: FloatArray = np.sqrt(_mean_near(places[whole], squares[whole], at, window))
     return rough
 
 
@@ -166,8 +183,8 @@ def depth_inside(u: FloatArray, spans: Spans) -> FloatArray:
     return inside
 
 
-def _mean_near(places: FloatArray, values: FloatArray, at: FloatArray, window: float) -> FloatArray:
-    """Return means (m,) of values (n,) at ascending places (n,), over a window around others (m,)."""
+def _mean_near(places: FloatArray, values: FloatArray, at: FloatArray, window: float | FloatArray) -> FloatArray:
+    """Return means (m,) of values (n,) at ascending places (n,), over one window or windows (m,) around others (m,)."""
     sums = np.concatenate(([0.0], np.cumsum(values)))
     first = np.minimum(np.searchsorted(places, at - 0.5 * window), len(places) - 1)
     last = np.maximum(np.searchsorted(places, at + 0.5 * window, "right"), first + 1)
