@@ -67,7 +67,7 @@ def _pictures() -> dict[str, list[list[Picture]]]:
         kind: [[picture] for picture in labelled_pictures(_DATA / "networks" / "ewd", kind)]
         for kind in ("c1", "c2", "c3")
     }
-    places = sorted((_DATA / "mbest").glob("S*"))
+    places = scenes.matching(_DATA / "mbest", "S*")
     photographs = [scenes.photographs(place) for place in places]
     sets["mbest"] = [some[first : first + 10 : 3] for some in photographs for first in range(0, len(some), 10)]
     sets["ariadne"] = [[picture] for picture in ariadne_pictures(_DATA / "cables")]
@@ -80,7 +80,7 @@ def labelled_pictures(folder: Path, kind: str) -> list[Picture]:
 
 
 def _with_labels(folder: Path) -> Iterator[tuple[Path, Picture]]:
-    for path in sorted(folder.glob("*.jpg")):
+    for path in scenes.matching(folder, "*.jpg"):
         labels = cv2.imread(str(path.with_suffix(".labels.png")), cv2.IMREAD_GRAYSCALE)
         yield path, Picture(np.asarray(cv2.imread(str(path)), np.uint8), np.asarray(labels, np.uint8))
 
@@ -88,7 +88,7 @@ def _with_labels(folder: Path) -> Iterator[tuple[Path, Picture]]:
 def ariadne_pictures(folder: Path) -> list[Picture]:
     """Return Ariadne's photographs, their masks as labels."""
     pictures = []
-    for path in sorted(folder.glob("*.jpg")):
+    for path in scenes.matching(folder, "*.jpg"):
         image = np.asarray(cv2.imread(str(path)), np.uint8)
         labels = np.zeros(image.shape[:2], np.uint8)
         for number, name in enumerate(sorted(folder.glob(f"{path.stem}_mask_[0-9]*.png")), 1):

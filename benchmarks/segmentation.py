@@ -37,25 +37,24 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--kinds", default="", help="only kinds whose names begin so")
     given = parser.parse_args()
+    kinds = ["mbest", "mbest on busy", "coloured on busy", "black", "grey", "white"]
     if not given.photographs.is_dir():
         print(f"{given.photographs} is missing: only drawn scenes are measured\n")
+        kinds = [kind for kind in kinds if not kind.startswith("mbest")]
     print("| pictures | sets | round 1: mean | worst tenth | round 2: mean | worst tenth | best: mean | worst tenth |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
     seeds = range(given.first_seed, given.first_seed + given.seeds)
-    for kind in ("mbest", "mbest on busy", "coloured on busy", "black", "grey", "white"):
-        if not kind.startswith(given.kinds):
-            continue
+    for kind in (kind for kind in kinds if kind.startswith(given.kinds)):
         found = [score(pictures, rng) for pictures, rng in sets(kind, given.photographs, seeds)]
-        if found:
-            cells = [cell for round_ in zip(*found, strict=True) for cell in summary(round_)]
-            print(f"| {kind} | {len(found)} | {' | '.join(cells)} |", flush=True)
+        cells = [cell for round_ in zip(*found, strict=True) for cell in summary(round_)]
+        print(f"| {kind} | {len(found)} | {' | '.join(cells)} |", flush=True)
 
 
 def sets(kind: str, folder: Path, seeds: Sequence[int]) -> Iterator[tuple[list[Picture], Rng]]:
     """Yield sets of ten pictures of a kind."""
     for seed in seeds:
         if kind.startswith("mbest"):
-            for place in sorted(folder.glob("S*")):
+            for place in scenes.matching(folder, "S*"):
                 photographs = scenes.photographs(place)
                 for first in range(0, len(photographs), _SET):
                     rng = np.random.default_rng([seed, first, int(place.name[1:])])

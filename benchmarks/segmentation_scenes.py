@@ -38,9 +38,17 @@ class Picture:
         return [int(number) for number in np.unique(self.labels) if number]
 
 
+def matching(folder: Path, pattern: str) -> list[Path]:
+    """Return the files or folders of a pattern, sorted; the command ends with an error where there are none."""
+    paths = sorted(folder.glob(pattern))
+    if not paths:
+        raise SystemExit(f"{folder.resolve()} has no {pattern}: data are missing, or the folder is another")
+    return paths
+
+
 def photographs(folder: Path) -> list[Picture]:
     """Read a folder of ``NN.jpg`` and ``NN.labels.png``."""
-    return [_read(path) for path in sorted(folder.glob("*.jpg"))]
+    return [_read(path) for path in matching(folder, "*.jpg")]
 
 
 def _read(path: Path) -> Picture:

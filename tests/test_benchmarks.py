@@ -27,9 +27,11 @@ from benchmarks import (
     process,
     profile,
     real_footage,
+    segmentation,
     summary,
 )
 from benchmarks.docs import published
+from benchmarks.fit_strokes import ariadne_pictures, labelled_pictures
 from benchmarks.readings import look_at
 from benchmarks.timing import UNSTEADY, Table, interleaved
 
@@ -51,6 +53,20 @@ def test_a_gap_over_a_photograph_shows_its_cables_and_is_the_same_again(kind: st
     count, _ = cv2.connectedComponents(once.frame.mask.astype(np.uint8))
     assert count - 1 == 2  # both kinds have one gap
     assert (once.frame.image == again.frame.image).all()
+
+
+@pytest.mark.parametrize(
+    "read",
+    [
+        lambda folder: labelled_pictures(folder, "c1"),
+        ariadne_pictures,
+        lambda folder: list(segmentation.sets("mbest", folder, [0])),
+    ],
+    ids=["EWD", "Ariadne", "mBEST"],
+)
+def test_photographs_that_are_missing_end_a_benchmark_and_are_named(read, tmp_path):
+    with pytest.raises(SystemExit, match=re.escape(str(tmp_path.resolve()))):
+        read(tmp_path)
 
 
 def test_tools_label_cables_with_their_mistakes():

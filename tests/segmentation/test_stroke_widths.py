@@ -27,3 +27,11 @@ def test_a_stroke_on_plain_ground_shows_no_width():
     assert np.isnan(found.width_px)
     assert not found.beside.any()
     assert found.cable.any()
+
+
+def test_a_wide_cable_in_a_small_picture_is_found():
+    image = np.full((40, 60, 3), 90, np.uint8)
+    image[17:24] = (20, 20, 200)
+    found = cables_beneath(image, [Stroke(points=[(10, 20), (50, 20)])])
+    assert found.width_px == pytest.approx(7.0, abs=1.0)
+    assert found.beside.any()

@@ -19,6 +19,11 @@ _REACH = 0.11
 
 Source: by hand; wider than cables in pictures of cables.
 """
+_LEAST_REACH_PX = 10.0
+"""Least such half width that is looked for, px.
+
+Source: by hand; in a picture of a few dozen pixels a cable may take a third. Only below 91 px does it matter.
+"""
 _PLACES = 7
 """Number of places along a stroke that are averaged, and least number that give a width.
 
@@ -95,7 +100,7 @@ def _axis(
     places, normals = _places(stroke)
     if len(places) < _PLACES:
         return None
-    reach = max(2, round(_REACH * min(lab.shape[:2])))
+    reach = round(max(_LEAST_REACH_PX, _REACH * min(lab.shape[:2])))
     offsets = np.arange(-reach, reach + 1)
     points = (places[:, None] + offsets[:, None] * normals[:, None]).astype(np.float32)
     across = cv2.remap(lab, points, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
