@@ -166,7 +166,7 @@ def _separate(
     if leaves and weakest >= 0:
         # The evidence of the mask is for exchanging the exits, or against it; so are widths and depth.
         exchanged = (last_side != first_side) != swapped[-1]
-        gain = gain_by_width(branches, before, after, width)
+        gain = gain_by_width(branches, before, after, int(_REACH_WIDTHS * width))
         gain += 0.0 if steps is None else steps.gain(exit_one, exit_two)
         margin += (1.0 if exchanged else -1.0) * gain
         if margin < 0.0:
