@@ -166,8 +166,8 @@ def table(title: str, train: Mapping[str, Points], test: Mapping[str, Points], w
 
 HEAD = """# How sure each point is
 
-`Detection.curve_std` and `curve_3d_std` are the standard deviation of points of the curve, measured across it. It is the
-root of a weighted sum of squares (`dloftbs.data.deviation`). The terms are:
+`Detection.curve_std` and `curve_3d_std` are the standard deviation of points of the curve, measured across it. It is
+the root of a weighted sum of squares (`dloftbs.data.deviation`). The terms are:
 
 | in the image | in space |
 | --- | --- |
@@ -178,15 +178,16 @@ root of a weighted sum of squares (`dloftbs.data.deviation`). The terms are:
 | the misfit where cables touch and radii cannot be measured | |
 | the distance from seen parts, in gaps | |
 
-The curve averages the noise of its pixels between two knots. So these terms are smaller if the knots are far apart. Noise
-that is correlated over a longer stretch, as in the masks of networks, stays in the curve, and in averages of the radii.
+The curve averages the noise of its pixels between two knots. So these terms are smaller if the knots are far apart.
+Noise that is correlated over a longer stretch, as in the masks of networks, stays in the curve, and in averages of
+the radii.
 
 `python -m benchmarks.fit_deviation --write` fits the weights and writes this page. The fit aims at 68 % of the points
-within one deviation, and 95 % within two. Each source in the tables is left out of the fit that it is compared with, and
-its test data have other seeds. The goal is 60 to 76 % within one deviation, and 90 to 98 % within two.
+within one deviation, and 95 % within two. Each source in the tables is left out of the fit that it is compared with,
+and its test data have other seeds. The goal is 60 to 76 % within one deviation, and 90 to 98 % within two.
 
-A point more than half a width off the true curve is on a wrong course, which `confidence` covers. The last column counts
-such points; the other columns leave them out.
+A point more than half a width off the true curve is on a wrong course, which `confidence` covers. The last column
+counts such points; the other columns leave them out.
 
 Some errors appear neither in the mask nor in the noise of depth, so no deviation covers them. Two sources have such
 errors, and are not used for the fit. In *rgb*, the light comes from one side and shifts the masks by 0.1 px. In
