@@ -61,10 +61,10 @@ def test_what_is_short_or_shared_says_nothing(unknown: dict[str, object]) -> Non
     assert gain(branches((8, 8), (12, 12), (12, 12), (8, 8), **unknown)) == 0.0
 
 
-@pytest.mark.parametrize("length_widths", [5, 10])
+@pytest.mark.parametrize("length_widths", [4, 8])
 @pytest.mark.parametrize("crosses", [False, True])
 def test_a_thin_cable_leaves_a_bundle_with_a_thick_one_as_a_thin_one(length_widths: int, crosses: bool) -> None:
-    thin, thick = beside(7 * length_widths, 7, crosses)
-    found = dloftbs.detect(draw(thin, width=5.0) | draw(thick, width=9.0))
+    thin, thick = beside(9 * length_widths, 9, crosses)
+    found = dloftbs.detect(draw(thin, width=8.0) | draw(thick, width=12.0))
     assert len(found.detections) == 2
     assert max(distances(list(found.detections), [thin, thick])) < 6.0

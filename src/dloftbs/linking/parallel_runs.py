@@ -166,7 +166,8 @@ def _separate(
     if leaves and weakest >= 0:
         # The evidence of the mask is for exchanging the exits, or against it; so are widths and depth.
         exchanged = (last_side != first_side) != swapped[-1]
-        gain = gain_by_width(branches, before, after, int(_REACH_WIDTHS * width))
+        reach = int(_REACH_WIDTHS * width)  # pixels say too little of the width of a cable that is thin
+        gain = gain_by_width(branches, before, after, reach) if reach >= _MIN_REACH_PX else 0.0
         gain += 0.0 if steps is None else steps.gain(exit_one, exit_two)
         margin += (1.0 if exchanged else -1.0) * gain
         if margin < 0.0:
