@@ -18,7 +18,7 @@ Source: measured; 4,200 joints of two to four cables in recorded motion, 3 to 12
 
 
 def gain_by_width(branches: Branches, before: Sequence[int], after: Sequence[int], reach: int) -> float:
-    """Return by how much widths are for it that two cables leave their shared branches the other way round, nats.
+    """Return the log-odds, by widths, that two cables leave their shared branches the other way round, nats.
 
     Differences of one cable have a Laplace distribution, the wider the noisier the edges are.
 
@@ -31,14 +31,14 @@ def gain_by_width(branches: Branches, before: Sequence[int], after: Sequence[int
         Number of points of a branch over which its width is fitted, at least 2. Nothing is known of a shorter branch,
         nor of a shared one.
     """
-    (a, b, c, d), noises = zip(*[_measure(branches, end, reach) for end in (*before, *after)], strict=True)
-    scale = _DIFFERENCE + sum(noises) / len(noises)
+    (a, b, c, d), deviations = zip(*[_measure(branches, end, reach) for end in (*before, *after)], strict=True)
+    scale = _DIFFERENCE + sum(deviations) / len(deviations)
     gain = (abs(a - c) + abs(b - d) - abs(a - d) - abs(b - c)) / scale
     return 0.0 if math.isnan(gain) else gain
 
 
 def _measure(branches: Branches, end: int, reach: int) -> tuple[float, float]:
-    """Return the logarithm of a branch's width at its end, px, by a line, and its deviation; NaN where not known."""
+    """Return the logarithm of a branch's width at its end, px, by a line, and the deviation from it; NaN if unknown."""
     branch = branch_of(end)
     start, stop = branches.spans[branch]
     if branch in branches.duplicate_of or stop - start < reach:

@@ -29,7 +29,7 @@ Source: as `_WINDOW` of the kernel.
 """
 
 _MIN_REACH_PX = 24
-"""Least length of these, px.
+"""Least length of these, px; where `_REACH_WIDTHS` is less, pixels show too little of a cable's width to count.
 
 Source: as `_MIN_WINDOW_PX` of the kernel.
 """
@@ -166,7 +166,7 @@ def _separate(
     if leaves and weakest >= 0:
         # The evidence of the mask is for exchanging the exits, or against it; so are widths and depth.
         exchanged = (last_side != first_side) != swapped[-1]
-        reach = int(_REACH_WIDTHS * width)  # pixels say too little of the width of a cable that is thin
+        reach = int(_REACH_WIDTHS * width)
         gain = gain_by_width(branches, before, after, reach) if reach >= _MIN_REACH_PX else 0.0
         gain += 0.0 if steps is None else steps.gain(exit_one, exit_two)
         margin += (1.0 if exchanged else -1.0) * gain
