@@ -70,6 +70,37 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+def test_the_table_beside_others_has_the_last_results() -> None:
+    """Its rows are written by hand, since they have figures of several pages."""
+    text = README.read_text(encoding="utf-8")
+    kinds = (ROOT / "docs" / "results" / "kinds.md").read_text(encoding="utf-8")
+    clean = {
+        row[0]: {"ours": row[1].partition(" [")[0], "authors": row[5], "mbest": row[7]}
+        for row in (cells(line) for line in kinds.partition("### kinds\n")[0].splitlines() if line.startswith("| "))
+    }
+    columns = ("ours", "authors", "mbest")
+    rows = {
+        "right: high curvature, %": ["high curvature"],
+        "right: one loop, %": ["one loop"],
+        "right: a loop that unties, %": ["a loop that unties"],
+        "right: three cables, five, %": ["three cables", "five cables"],
+    }
+    for title, names in rows.items():
+        (line,) = [line for line in text.splitlines() if line.startswith(f"| {title} |")]
+        quoted = [cell.strip("*").split(", ") for cell in cells(line)[1:4]]
+        for column, figures in zip(columns, quoted, strict=True):
+            known = [clean[name][column] for name in names]
+            assert [float(f) for f in figures if f != "-"] == [float(f) for f in known if f != "-"], (title, column)
+    results = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    (times,) = re.findall(r"\*\*Time:\*\* (\S+ to \S+) ms", results)
+    assert f"| ms a frame, by the paper | **{times}** (here) |" in text
+
+
+def cells(line: str) -> list[str]:
+    """Return the cells of a row of a table."""
+    return [cell.strip() for cell in line.strip("|").split("|")]
+
+
 def test_readme_is_short_and_begins_with_a_picture_and_the_two_commands() -> None:
     lines = README.read_text(encoding="utf-8").splitlines()
     assert len(lines) <= MAX_LINES

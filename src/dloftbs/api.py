@@ -111,13 +111,17 @@ def detect(
     kind: Kind = kind_for("auto" if image is None else "mask", segmented=segmented)
     picture = image if x is None else x
     is_alone = x is None and instances is not None
+    if x is None and image is not None and instances is None:
+        raise InputError("an image stands beside a mask or instances; give an image alone as x")
+    # What stands beside a picture is for its pixels as stored.
+    as_stored = any(one is not None for one in (image, depth, camera, occluders, instances))
     if isinstance(image, (str, os.PathLike)):
-        image = read_frame(image, "image").image
+        image = read_frame(image, "image", as_stored=as_stored).image
     if is_alone:
         frame = _frame_of_instances(instances, image, picture)
         image = instances = None
     elif isinstance(x, (str, os.PathLike)):
-        frame = read_frame(x, kind)
+        frame = read_frame(x, kind, as_stored=as_stored)
     else:
         frame = as_frame(cast("Frame | npt.ArrayLike", x), grey_as_image=segmented)
     if isinstance(depth, (str, os.PathLike)):

@@ -247,6 +247,16 @@ def test_without_coefficients_every_model_is_the_same(tmp_path, model):
             PinholeCamera.from_file(write(tmp_path / "a.json", given))
 
 
+def test_a_region_of_the_whole_image_is_none(tmp_path):
+    whole = re.sub(
+        r"(x_offset: 0.*?)height: 0(.*?)width: 0", r"\1height: 480\2width: 640", ROS1_MESSAGE, flags=re.DOTALL
+    )
+    assert whole != ROS1_MESSAGE
+    assert PinholeCamera.from_file(write(tmp_path / "a.yaml", whole)) == PinholeCamera.from_file(
+        write(tmp_path / "b.yaml", ROS1_MESSAGE)
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

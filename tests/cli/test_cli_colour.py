@@ -115,12 +115,23 @@ def test_a_frame_of_a_video_is_drawn_on(tmp_path, monkeypatch):
         (["--at", ALONG, "--out", "mine.yaml"], 1, "is not replaced"),
         (["--at", ALONG, "--config", "mine.yaml", "--out", "mine.yaml"], 2, "would replace the input mine.yaml"),
         (["--at", ALONG, "--out", "x.png", "--overlay", "x.png"], 2, "the same place"),
+        (["--at", ALONG, "--overlay", "x.jpg"], 2, "must end in .png"),
+        (["--at", ALONG, "--overlay", "folder"], 2, "must end in .png"),
     ],
 )
 def test_bad_usage_is_answered(picture, tmp_path, arguments, code, message):
     (tmp_path / "mine.yaml").write_text("linking: {objects: 1}\n")
     assert message in run("colour", picture, *arguments, code=code).stderr
     assert (tmp_path / "mine.yaml").read_text() == "linking: {objects: 1}\n"
+
+
+@pytest.mark.parametrize("where", ["frames", "frames/*.png"])
+def test_no_frame_of_a_folder_is_replaced(tmp_path, monkeypatch, where):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / "frames" / "a.png", photo())
+    result = run("colour", where, "--at", ALONG, "--overlay", "frames/a.png", code=2)
+    assert "would replace the input frames/a.png" in result.stderr
+    assert (cv2.imread("frames/a.png") == photo()).all()
 
 
 def test_a_colour_of_nothing_or_of_most_is_hinted_at(tmp_path, monkeypatch):

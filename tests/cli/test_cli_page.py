@@ -89,6 +89,23 @@ def test_tune_saves_to_the_file_that_was_named_and_names_the_next_command(folder
     assert Config.from_file(target).segmentation.colour is not None
 
 
+def test_options_change_what_a_file_that_is_there_says(folder, tmp_path):
+    target = tmp_path / "cable.yaml"
+    target.write_text("cleaning: {open_px: 5}\nlinking: {objects: 2}\n")
+    options = ("--set", "cleaning.close_px=7", "--objects", 1)
+    process = start("tune", folder, "--out", target, *options, "--port", 0, "--no-browser")
+    client, _ = opened(process)
+    try:
+        client.send(type="save")
+        client.text("saved")
+    finally:
+        client.close()
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+    saved = Config.from_file(target)
+    assert (saved.cleaning.open_px, saved.cleaning.close_px, saved.linking.objects) == (5, 7, 1)
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [

@@ -68,7 +68,7 @@ def test_radius_is_half_the_width(width: int) -> None:
     frame = padded(draw_cable(wave((300, 500), 1.0), width, (300, 500)))
     skeleton = fast_skeleton(frame[1:301, 1:501])
     points, offsets, _ = trace(skeleton, *listed(skeleton))
-    radius = measure_radius(frame, points, offsets, 4)
+    radius = measure_radius(frame, points, offsets)
     exact = cv2.distanceTransform(frame, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[
         points[:, 1].astype(int), points[:, 0].astype(int)
     ]
@@ -80,8 +80,8 @@ def test_radius_is_half_the_width(width: int) -> None:
 
 def test_radius_of_a_single_pixel_and_of_no_run() -> None:
     frame = padded(np.ones((1, 1), dtype=np.uint8))
-    assert measure_radius(frame, np.array([[1.0, 1.0]]), np.array([0, 1]), 4).tolist() == [0.5]
-    assert measure_radius(frame, np.empty((0, 2)), np.array([0]), 4).shape == (0,)
+    assert measure_radius(frame, np.array([[1.0, 1.0]]), np.array([0, 1])).tolist() == [0.5]
+    assert measure_radius(frame, np.empty((0, 2)), np.array([0])).shape == (0,)
 
 
 def slow_is_covered(mask: np.ndarray, start: np.ndarray, end: np.ndarray) -> bool:

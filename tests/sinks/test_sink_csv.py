@@ -13,6 +13,7 @@ import dloftbs
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
 from dloftbs.sinks import CsvSink
 
@@ -52,6 +53,22 @@ def test_tracks(tmp_path):
     assert [row["state"] for row in rows[::2]] == ["confirmed", "tentative", "hidden"]
     assert {row["stamp"] for row in rows} == {""}
     assert [row["inferred"] for row in rows] == ["0", "0", "0", "0", "1", "1"]
+
+
+def test_parts_that_a_track_remembers_are_inferred_where_they_lie_on_its_own_curve(tmp_path):
+    """The detection shows the first half of the cable, and a gap in the middle of that."""
+    camera = PinholeCamera(500.0, 500.0, 320.0, 240.0)
+    deep, seen = line((-0.2, 0.0, 1.0), (0.2, 0.0, 1.0)), line((-0.2, 0.0, 1.0), (0.0, 0.0, 1.0))
+    flat = curve_through(camera.project(deep.sample(200)))
+    half = curve_through(camera.project(seen.sample(200)))
+    found = replace(detection_of(half, seen), inferred_3d=((0.41, 0.59),), camera=camera)
+    track = Track(1, TrackState.CONFIRMED, flat, deep, 5, 0, found, ((0.25, 0.26), (0.5, 1.0)), camera=camera)
+    with CsvSink(tmp_path / "a.csv", samples=101) as sink:
+        sink.write(Frame(mask=np.zeros((480, 640), bool)), FrameResult((found,), (track,), None, (480, 640)))
+    rows = table(tmp_path / "a.csv")
+    u = np.array([float(row["u"]) for row in rows])
+    assert [row["inferred"] == "1" for row in rows] == (((u > 0.245) & (u < 0.265)) | (u > 0.495)).tolist()
+    assert [row["inferred_3d"] == "1" for row in rows] == (((u > 0.205) & (u < 0.295)) | (u > 0.495)).tolist()
 
 
 def test_a_row_is_one_point_in_the_image_and_in_space(tmp_path):

@@ -177,14 +177,19 @@ def test_labelme_gets_a_line_beside_each_picture(tmp_path):
     written(tmp_path / "cable.labelme", result_of(UPPER, LOWER, name="video.mp4#3"), result_of(name="b.jpg", index=5))
 
     folder = tmp_path / "cable.labelme"
-    assert sorted(path.name for path in folder.iterdir()) == ["b.json", "b.png", "video.json", "video.png"]
-    content = json.loads((folder / "video.json").read_text())
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "b.json",
+        "b.png",
+        "video_000003.json",
+        "video_000003.png",
+    ]
+    content = json.loads((folder / "video_000003.json").read_text())
     shapes = content.pop("shapes")
     assert content == {
-        **{"version": "5.5.0", "flags": {}, "imagePath": "video.png", "imageData": None},
+        **{"version": "5.5.0", "flags": {}, "imagePath": "video_000003.png", "imageData": None},
         **{"imageHeight": 60, "imageWidth": 90},
     }
-    assert (cv2.imread(str(folder / "video.png")) == frame().image).all()
+    assert (cv2.imread(str(folder / "video_000003.png")) == frame().image).all()
     assert shapes[0] == {
         **{"label": "cable", "shape_type": "linestrip", "points": [[9.75, 20.0], [50.25, 20.0]], "group_id": 0},
         **{"description": "width_px=5.0", "flags": {}, "mask": None},

@@ -94,11 +94,13 @@ def test_a_draw_that_returns_no_picture(tmp_path, kind, picture):
 
 def test_pictures_are_named_after_their_frames_and_never_replace_each_other(tmp_path):
     names = ["left/a.png", "right/a.png", "A.jpg", "a_1.png", "", "", "cam: 1?.png", "..", "Kabel ł 電.png"]
+    names += ["cable.mp4#12", "#3", "a#b.png"]
     with OverlayImagesSink(tmp_path / "new" / "folder", draw=examples.draw) as sink:
         for i, name in enumerate(names):
             sink.write(examples.frame(i, name=name), examples.nothing())
     found = {path.stem: path for path in sink.path.iterdir()}
     wanted = ["a", "a_1", "A_2", "a_1_1", "000004", "000005", "cam_ 1_", "000007", "Kabel ł 電"]
+    wanted += ["cable_000012", "_000003", "a#b"]
     assert set(found) == set(wanted)
     for i, stem in enumerate(wanted):
         picture = cv2.imdecode(np.fromfile(found[stem], np.uint8), cv2.IMREAD_COLOR)

@@ -43,6 +43,16 @@ def test_a_picture_alone_is_as_viewers_show_it(tmp_path: Path, format: str, orie
     assert near(stored, COLOUR[..., ::-1])
 
 
+@pytest.mark.parametrize("beside", ["camera", "depth", "occluders"])
+def test_detect_takes_stored_pixels_where_something_stands_beside_them(tmp_path: Path, beside: str) -> None:
+    path = picture(tmp_path / "a.png", 3)
+    given = {"camera": CAMERA, "depth": np.full(BAR.shape, 700, np.uint16), "occluders": np.zeros(BAR.shape, np.uint8)}
+    alone = detect(path, hsv="0:179,0:255,0:255")
+    assert near(alone.frame.image, COLOUR[::-1, ::-1, ::-1])
+    stored = detect(path, hsv="0:179,0:255,0:255", **{beside: given[beside]})
+    assert near(stored.frame.image, COLOUR[..., ::-1])
+
+
 @pytest.mark.parametrize("name", ["a.jpg", "a.png", "a.webp", "a.tif"])
 @pytest.mark.parametrize("beside", ["camera", "depth", "masks", "occluders"])
 @pytest.mark.parametrize("orientation", [3, 6])

@@ -75,6 +75,28 @@ def pictures(text: str):
     return [None if c == "." else np.full((4, 6, 3), 50, np.uint8) for c in text]
 
 
+def test_streams_that_are_read_together_have_one_clock(fake, monkeypatch):
+    clock = iter([10.0, 12.5, 13.0, 13.01])  # two openings, then a picture of each
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    fake(pictures("a"))
+    left, right = sources.open(0), sources.open(1)
+    right.opened_s = left.opened_s
+    assert next(iter(right)).stamp - next(iter(left)).stamp == pytest.approx(-0.01)
+
+
+@pytest.mark.parametrize(("said", "fps"), [(30.0, 30.0), (90000.0, None), (0.0, None), (float("nan"), None)])
+def test_the_tick_of_a_clock_is_no_rate(fake, said, fps):
+    fake(pictures("a"), fps=said)
+    assert sources.open(0).fps == fps
+
+
+@pytest.mark.parametrize("password", ["secret", "p@ss", "a:b@c"])
+def test_a_password_stands_in_no_name(fake, password):
+    fake(pictures("a"))
+    name = sources.open(f"rtsp://admin:{password}@10.0.0.1/stream").name
+    assert name == "rtsp://***@10.0.0.1/stream"
+
+
 def test_video(tmp_path):
     path = write_video(tmp_path / "видео 1.mp4")
     with sources.open(path) as source:

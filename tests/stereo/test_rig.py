@@ -261,6 +261,10 @@ def test_inverted_poses_are_named(caplog):
     [
         (lambda: CameraRig([CAMERA, CAMERA], [np.eye(4), beside(60.0)]), "divide their translations by 1000"),
         (lambda: CameraRig([CAMERA, CAMERA], [np.eye(4), np.eye(4)]), "at the same place"),
+        (
+            lambda: CameraRig([CAMERA] * 3, [np.eye(4), beside(0.1), beside(0.1)]),
+            "cameras 1 and 2 are at the same place",
+        ),
         (lambda: CameraRig([CAMERA, CAMERA]), "need their poses"),
         (lambda: CameraRig([]), "one for each view"),
         (lambda: CameraRig([CAMERA, CAMERA], [np.eye(4)]), "poses must be 2"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from stereo_views import BENT, CAMERA, OTHER, masks, rig
@@ -59,6 +60,33 @@ def test_a_reset_forgets_but_uses_no_id_twice():
     assert pipeline.process(views).tracks[0].id == 1
     pipeline.reset()
     assert pipeline.process(views).tracks[0].id == 2
+
+
+def test_a_loop_keeps_its_id_and_its_direction_wherever_the_views_begin_it():
+    r = rig()
+    pipeline = StereoPipeline(r)
+    angles = np.linspace(0.0, 2.0 * np.pi, 1500)
+    ring = np.stack((0.09 * np.cos(angles), 0.06 * np.sin(angles), np.full(1500, 0.7)), axis=1)
+    turns = []
+    for step in range(6):
+        turn = 0.5 * step
+        spin = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]])
+        (track,) = pipeline.process(masks(r, moved(ring @ spin.T, step))).tracks
+        assert (track.id, track.object) == (1, 0)
+        assert track.curve_3d.closed
+        points = track.curve_3d.sample(100)
+        ahead = np.roll(points, -1, axis=0)
+        turns.append(np.sign((points[:, 0] * ahead[:, 1] - points[:, 1] * ahead[:, 0]).sum()))
+    assert len(set(turns)) == 1
+
+
+def test_moments_from_files_are_numbered(tmp_path):
+    r = rig()
+    paths = [tmp_path / f"{number}.png" for number in range(2)]
+    for path, mask in zip(paths, masks(r, BENT), strict=True):
+        cv2.imwrite(str(path), 255 * mask.astype(np.uint8))
+    pipeline = StereoPipeline(r)
+    assert [pipeline.process(paths).index for _ in range(3)] == [0, 1, 2]
 
 
 def test_what_is_refused():

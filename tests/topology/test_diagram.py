@@ -270,6 +270,22 @@ class TestOfResults:
         in_space = np.column_stack((curve(u), depth))
         assert Diagram.from_curves([in_space]).signs == Diagram.from_result(result).signs
 
+    @pytest.mark.parametrize("closed", [False, True])
+    def test_points_that_stand_twice_change_nothing(self, closed: bool) -> None:
+        angles = np.linspace(0.1, 2.0 * np.pi + 0.1, 120, endpoint=False)
+        trefoil = np.stack(
+            (
+                np.sin(angles) + 2.0 * np.sin(2.0 * angles),
+                np.cos(angles) - 2.0 * np.cos(2.0 * angles),
+                -np.sin(3.0 * angles),
+            ),
+            axis=1,
+        )
+        twice = np.repeat(trefoil, 2, axis=0)
+        if closed:
+            twice = np.concatenate((twice, trefoil[:1]))
+        assert Diagram.from_curves([twice], closed) == Diagram.from_curves([trefoil], closed)
+
     def test_objects_are_chosen(self) -> None:
         curves = line((40, 120), (280, 120)), line((130, 30), (190, 210))
         crossing = Crossing((160.0, 120.0), ((0, curves[0].nearest((160, 120))[0]), (1, 0.5)), 1, 0.9)
@@ -396,7 +412,8 @@ class TestWrong:
                 "curves 0 and 1 meet, or a corner of one lies over the",
             ),
             ([[(0, 0, 0), (2, 0, 0)], [(1, 0, 1), (1, 1, 1)]], "turn them a little"),
-            ([[(0, 0, 0)]], "a curve needs at least 2 points, got 1"),
+            ([[(0, 0, 0)]], "a curve needs at least 2 different points, got 1"),
+            ([[(0, 0, 0)] * 3], "a curve needs at least 2 different points, got 1"),
             ([[(0, 0)] * 3], r"a curve must have shape \(n, 3\)"),
             ("ab", "curves must be a sequence of curves in space"),
         ],

@@ -7,6 +7,8 @@ import pytest
 from builders import detection_of, line, loop, part, wave
 
 from dloftbs import BSplineCurve, EndKind, InputError, Track, Tracker, TrackState
+from dloftbs.data.curve_samples import SAMPLES, U
+from dloftbs.tracking.track_motion import Motion
 
 FREE, BORDER, HIDDEN = EndKind.FREE, EndKind.BORDER, EndKind.HIDDEN
 SIZE = (480, 640)
@@ -128,6 +130,16 @@ def test_to_find_a_cable_elsewhere_along_itself_after_its_ends_were_hidden_is_no
     assert tracks[15].curve.length == pytest.approx(400.0, abs=1.0)
     assert [track.velocity is None for track in tracks[14:]] == [False, True, False]
     np.testing.assert_allclose(tracks[16].velocity, 0.0, atol=1e-6)
+
+
+def test_the_velocity_in_space_is_unknown_after_a_cut_until_two_frames_show_the_rest() -> None:
+    motion = Motion(is_known=True, velocity_3d=np.zeros((SAMPLES, 3)), points_3d=np.zeros((SAMPLES, 3)))
+    motion.resample(0.5 * U)
+    half = line((0.0, 0.0, 1.0), (0.5, 0.0, 1.0))
+    motion.measure_in_space(half, FRAME_S)
+    assert motion.velocity_3d is None
+    motion.measure_in_space(half, FRAME_S)
+    np.testing.assert_allclose(motion.velocity_3d, np.zeros((SAMPLES, 3)), atol=1e-12)
 
 
 def test_the_velocity_in_space_is_in_metres() -> None:

@@ -41,3 +41,14 @@ def test_after_a_reset_ids_are_new() -> None:
     pipeline.reset()
     again = pipeline.process(mask).harnesses[0].id
     assert (first, again) == (1, 2)
+
+
+def test_on_frames_of_another_size_branch_points_are_others() -> None:
+    pipeline = Pipeline(branched=True)
+    ids = []
+    for size in ((200, 300), (220, 320)):
+        mask = np.zeros(size, np.uint8)
+        cv2.line(mask, (20, 100), (280, 100), (255,), 8)
+        cv2.line(mask, (150, 100), (200, 20), (255,), 8)
+        ids.append([point.id for point in pipeline.process(mask).branch_points])
+    assert ids == [[1], [2]]

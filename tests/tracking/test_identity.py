@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import curve_through, detection_of, line, loop, part, wave
@@ -20,9 +22,13 @@ from tracked_curves import (
     turning,
 )
 
+from dloftbs.camera import PinholeCamera
 from dloftbs.config import TrackingConfig
 from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.tracking import Tracker
+from dloftbs.tracking.loop_start import restart_loop
+from dloftbs.tracking.observation import Observation
 
 
 class TestIdentity:
@@ -253,6 +259,28 @@ class TestLoops:
             (track,) = see(tracker, seen.reversed() if flip else seen)
             np.testing.assert_allclose(track.curve(0.0), first.curve(0.0) + np.array([step, 0.0]), atol=2.0)
             np.testing.assert_allclose(track.curve(0.25), first.curve(0.25) + np.array([step, 0.0]), atol=2.0)
+
+    @pytest.mark.parametrize("flip", [False, True])
+    def test_a_loop_keeps_its_detection_and_starts_alike_in_space_wherever_that_starts(self, flip):
+        camera = PinholeCamera(500.0, 500.0, 320.0, 240.0)
+        tracker, starts = Tracker(), []
+        for step in range(6):
+            angles = 0.7 * step + 2.0 * np.pi * np.arange(80) / 80
+            ring = np.stack((0.2 * np.cos(angles), 0.1 * np.sin(angles), 1.0 + 0.1 * np.cos(angles)), axis=1)
+            deep = curve_through(ring + np.array([0.001 * step, 0.0, 0.0]), closed=True)
+            found = detection_of(curve_through(camera.project(deep.sample(81)[:-1]), closed=True), deep)
+            found = replace(found, camera=camera)
+            (track,) = tracker.update([found.reversed() if flip and step % 2 else found])
+            result = FrameResult((found,), (track,), None, (480, 640))
+            assert result._place_of(track)[0] == 0
+            starts.append(np.append(track.curve(0.0), 500.0 * track.curve_3d(0.0)))
+        assert np.linalg.norm(np.diff(starts, axis=0), axis=1).max() < 3.0
+
+    def test_gaps_of_a_loop_lie_where_they_are_when_it_starts_elsewhere(self):
+        ring = loop(60.0)
+        one = Observation(ring, ring.sample(10), 1.0, 3.0, None, (0.0, 1.0), 0, 1.0, True, ((0.1, 0.3), (0.5, 0.6)))
+        turned = restart_loop(one, 0.2)
+        np.testing.assert_allclose(turned.gaps, [(0.0, 0.1), (0.3, 0.4), (0.9, 1.0)], atol=1e-12)
 
     def test_the_ends_pass_close_by_each_other(self):
         """The ends of an almost closed ring pass each other to and fro, and it is found from either end."""

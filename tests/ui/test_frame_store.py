@@ -1,4 +1,5 @@
 import logging
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -86,6 +87,24 @@ def test_of_a_camera_the_newest_frame_is_had_and_what_was_kept(opened):
     assert store.frame(5).index in (4, 6)
     store.keep(CableSource().frame(5))
     assert store.frame(5).index == 5
+
+
+def test_nobody_waits_for_a_silent_camera_once_it_is_to_end(opened):
+    store = opened(CableSource(12, live=True), started=False)
+    failed = []
+
+    def look():
+        try:
+            store.frame(None)
+        except SourceError as error:
+            failed.append(error)
+
+    looking = Thread(target=look, daemon=True)
+    looking.start()
+    store.stop()
+    looking.join(10.0)
+    assert not looking.is_alive()
+    assert len(failed) == 1
 
 
 @pytest.mark.parametrize("live", [True, False])

@@ -64,7 +64,7 @@ from dloftbs_ros.newest import Newest
 from dloftbs_ros.parameters import Parameters
 from dloftbs_ros.publishers import Publisher, choose
 from dloftbs_ros.robot import RobotError, RobotInView, read_robot
-from dloftbs_ros.transforms import TransformError, Transforms
+from dloftbs_ros.transforms import TransformError, Transforms, moved, moved_points
 from dloftbs_ros.watch import SILENT_S, Watch
 
 LOOK_S = 0.5
@@ -268,6 +268,8 @@ class TrackNode(Node):
     def _reset(self, _request: Any, response: Any) -> Any:
         with self._lock:
             self._pipeline.reset()
+            self._pairing = StampPairing()
+            self._masking = StampPairing(waiting=WAITING_FOR_MASKS)
             if self._transforms is not None:
                 self._transforms.forget()
             if self._robot is not None:
@@ -349,9 +351,11 @@ class TrackNode(Node):
         make, target = self._make, self._asked.target_frame
         listens = self._is_heard("points") or self._is_heard("markers")
         samples: list[SampledTrack] = list(sampled_m(result)) if listens else []
-        if self._transforms is not None and target:
+        points = result.branch_points if listens else ()
+        if self._transforms is not None and target and target != header.frame_id:
             try:
-                samples = self._transforms.move(samples, header.frame_id, target, header.stamp_ns)
+                pose = self._transforms.pose(header.frame_id, target, header.stamp_ns)
+                samples, points = moved(samples, pose), moved_points(points, pose)
             except TransformError as error:
                 self._untransformed += 1
                 text = f"no curves in space: {error}"
@@ -361,7 +365,7 @@ class TrackNode(Node):
         if self._is_heard("points"):
             self._outputs["points"].publish(points_message(make, message_header, samples, 3))
         if self._is_heard("markers"):
-            self._outputs["markers"].publish(self._markers.message(message_header, samples))
+            self._outputs["markers"].publish(self._markers.message(message_header, samples, points))
         return None
 
     def _is_heard(self, output: str) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from dloftbs.data.branch_point import BranchPoint
 from dloftbs.errors import DloftbsError
 from dloftbs.ros import SampledTrack
 
@@ -30,7 +31,7 @@ class Transforms:
     Parameters
     ----------
     node : rclpy.node.Node
-        Subscribes; another thread than that of `move` has to spin it.
+        Subscribes; another thread than that of `pose` has to spin it.
 
     Raises
     ------
@@ -47,27 +48,6 @@ class Transforms:
             ) from error
         self._buffer = self._tf2.Buffer()
         self._listener = self._tf2.TransformListener(self._buffer, node)
-
-    def move(self, samples: Iterable[SampledTrack], source: str, target: str, stamp_ns: int) -> list[SampledTrack]:
-        """Return points in the target frame.
-
-        Parameters
-        ----------
-        samples : iterable of SampledTrack
-            In metres, in the source frame.
-        source, target : str
-            Coordinate frames.
-        stamp_ns : int
-            Time of the points.
-
-        Raises
-        ------
-        TransformError
-            If there is no transform at that time.
-        """
-        if source == target:
-            return list(samples)
-        return moved(samples, self.pose(source, target, stamp_ns))
 
     def pose(self, source: str, target: str, stamp_ns: int) -> FloatArray:
         """Return the pose (4, 4) of one coordinate frame in another.
@@ -117,3 +97,9 @@ def matrix_of(transform: Any) -> FloatArray:
 def moved(samples: Iterable[SampledTrack], pose: FloatArray) -> list[SampledTrack]:
     """Return points in the frame in which theirs has a pose (4, 4)."""
     return [replace(sample, points=sample.points @ pose[:3, :3].T + pose[:3, 3]) for sample in samples]
+
+
+def moved_points(points: Iterable[BranchPoint], pose: FloatArray) -> tuple[BranchPoint, ...]:
+    """Return those of some branch points that are known in space, as `moved` does."""
+    places = [(point, pose[:3, :3] @ point.position_3d + pose[:3, 3]) for point in points if point.position_3d]
+    return tuple([replace(point, position_3d=tuple(place.tolist())) for point, place in places])

@@ -17,10 +17,11 @@ from dloftbs_ros.publishers import (
     missing_mask_text,
     silence_text,
 )
-from dloftbs_ros.transforms import matrix_of, moved
+from dloftbs_ros.transforms import matrix_of, moved, moved_points
 from dloftbs_ros.watch import SILENT_S, Watch
 
 from dloftbs import BSplineCurve
+from dloftbs.data.branch_point import BranchPoint
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import ConfigError
 from dloftbs.ros import SampledTrack
@@ -250,6 +251,13 @@ def test_points_are_moved_by_a_transform():
     assert (
         there.track is track and np.array_equal(there.s, sample.s) and np.array_equal(there.inferred, sample.inferred)
     )
+    points = [
+        BranchPoint((1.0, 2.0), ((0, 0), (1, 0), (2, 1)), 0.9, (0.1, 0.2, 0.3), 4),
+        BranchPoint((5.0, 6.0), (), 0.5),
+    ]
+    (point,) = moved_points(points, matrix_of(SimpleNamespace(rotation=quarter_turn, translation=shift)))
+    assert point.position_3d == pytest.approx((0.8, 2.1, 3.3))
+    assert (point.id, point.position) == (4, (1.0, 2.0))
 
 
 @pytest.mark.parametrize(("value", "default", "taken"), [(1, "", "1"), (5, 0.0, 5.0), (2, 0, 2), ("a", "", "a")])

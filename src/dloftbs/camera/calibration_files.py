@@ -215,7 +215,8 @@ def _check_whole(keys: Keys) -> None:
     binning = [_number("binning", keys.get(key) or 0) for key in ("binningx", "binningy")]
     region = keys["roi"] if isinstance(keys.get("roi"), dict) else {}
     cut = [region.get(key) or 0 for key in ("xoffset", "yoffset", "width", "height")]
-    if max(binning) > 1 or any(cut):
+    whole = [0, 0, keys.get("width") or keys.get("imagewidth"), keys.get("height") or keys.get("imageheight")]
+    if max(binning) > 1 or (any(cut) and cut != whole):
         raise InputError(
             f"binning and regions of interest are not supported, got binning {binning} and region {cut} "
             "(x, y, width, height); state the intrinsics of the images themselves"

@@ -14,10 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import sources, viz
+from dloftbs.cli.places import InputFiles
 from dloftbs.config import ColourConfig, Config, Stroke
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SinkError, SourceError
 from dloftbs.sinks.sink import identity_of
+from dloftbs.sources.video import without_password
 from dloftbs.support.documents import parse_yaml, read_text
 from dloftbs.support.safe_files import sink_errors
 from dloftbs.support.text import readable
@@ -43,9 +45,9 @@ def check_places(where: Sequence[str], config_file: Path | None, out: str | None
     """
     inputs = {identity_of(text): text for text in (*where, *([] if config_file is None else [str(config_file)]))}
     outputs = {"--out": out, "--overlay": overlay}
+    frames = InputFiles(where, {})
     for option, path in outputs.items():
-        if path is not None and identity_of(path) in inputs:
-            replaced = inputs[identity_of(path)]
+        if path is not None and (replaced := inputs.get(identity_of(path)) or frames.name_of(identity_of(path))):
             raise click.UsageError(f"{option} {path} would replace the input {replaced}; choose another name")
     if out is not None and overlay is not None and identity_of(out) == identity_of(overlay):
         raise click.UsageError(f"--out {out} and --overlay {overlay} are the same place; choose two")
@@ -90,7 +92,7 @@ def read_frame(where: str, index: int, topics: Mapping[str, str | None]) -> Fram
 
 def source_of(where: str, frame: Frame) -> str:
     """Return where a frame comes from, as the configuration keeps it: without folders, which are nobody's business."""
-    name = readable(Path(where).name or where)
+    name = readable(Path(without_password(where)).name or where)
     return name if name.lower().endswith(_PICTURE_SUFFIXES) else f"{name} frame {frame.index}"
 
 

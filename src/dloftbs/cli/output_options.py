@@ -6,20 +6,31 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
 import click
 
 from dloftbs.cli.limits import FilledPath
 from dloftbs.errors import InputError
 
-if TYPE_CHECKING:
-    pass
-
 STANDARD_OUTPUT = "-"
+_Named = TypeVar("_Named", str, Path, None)
 DATA_SUFFIXES = (
     *(".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".usda", ".xml", ".json", ".labelme", ".mcap", ".rrd"),
 )
+
+
+def check_png(context: click.Context, parameter: click.Parameter, path: _Named) -> _Named:
+    """Let only the name of a picture without loss pass.
+
+    Raises
+    ------
+    click.BadParameter
+        On any other.
+    """
+    if path is not None and Path(path).suffix.lower() != ".png":
+        raise click.BadParameter(f"must end in .png, got {str(path)!r}", context, parameter)
+    return path
 
 
 def check_data_paths(context: click.Context, parameter: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources import Source
+from dloftbs.sources.video import LiveSource
 from dloftbs.stereo import CameraRig, StereoPipeline
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.overlap import Ahead, cores
@@ -78,6 +79,9 @@ class StereoRun(FollowedStream[Pair]):
                 self._sources.append(stack.enter_context(source))
             stack.pop_all()
         self.source = self._sources[0]
+        lives = [source for source in self._sources if isinstance(source, LiveSource)]
+        for source in lives:  # one clock for all, though one was opened after the other
+            source.opened_s = lives[0].opened_s
         self._frames = [
             UsableFrames(source, options.config, own, path, options.every)
             for source, own, path in zip(self._sources, inputs, where, strict=False)

@@ -4,7 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.support.arrays import FloatArray
+
 Spans = tuple[tuple[float, float], ...]
+
+
+def inside(u: FloatArray, spans: Iterable[tuple[float, float]]) -> npt.NDArray[np.bool_]:
+    """Return which parameters (n,) lie in an interval, its bounds included."""
+    found: npt.NDArray[np.bool_] = np.zeros(len(u), np.bool_)
+    for low, high in spans:
+        found |= (low <= u) & (u <= high)
+    return found
 
 
 def outside(spans: Iterable[tuple[float, float]]) -> Spans:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -15,7 +16,8 @@ from dloftbs.data.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.data.detection import Detection
 from dloftbs.data.deviation import with_hidden
 from dloftbs.data.object_shape import ObjectShape
-from dloftbs.data.u_mapping import known_in_space, to_image, to_space
+from dloftbs.data.spans import Spans, outside
+from dloftbs.data.u_mapping import is_in_front, known_in_space, to_image, to_space
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import LARGEST, FloatArray, as_points, frozen
 from dloftbs.support.values import (
@@ -31,6 +33,8 @@ from dloftbs.support.values import (
     shown,
     values_of,
 )
+
+_WHOLE = ((0.0, 1.0),)
 
 
 class TrackState(str, Enum):
@@ -78,7 +82,7 @@ class Track(ObjectShape):
         This frame's detection, run in the track's direction; the longest one, where several are parts of the object.
         None while hidden, and where the tracker was given bare curves.
     inferred : tuple of (float, float)
-        The intervals of the ``u`` of `curve`, ascending, that this frame does not show.
+        The intervals of the ``u`` of `curve`, ascending, that this frame does not show; all of it while hidden.
     confidence : float
         Confidence in the curve, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
     width_px : float, optional
@@ -128,7 +132,7 @@ class Track(ObjectShape):
             id=check_integer("id", self.id, 1, MAX_WHOLE),
             hits=check_integer("hits", self.hits, 0, MAX_WHOLE),
             misses=check_integer("misses", self.misses, 0, MAX_WHOLE),
-            inferred=check_spans("inferred", self.inferred),
+            inferred=_WHOLE if self.state is TrackState.HIDDEN else check_spans("inferred", self.inferred),
             confidence=check_number("confidence", self.confidence, 0.0, 1.0),
             width_px=None if self.width_px is None else check_number("width_px", self.width_px, 0.0, LARGEST),
             ends=None if self.ends is None else _check_ends(self.ends),
@@ -193,6 +197,18 @@ class Track(ObjectShape):
         in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
         extent = extent_of(self.curve.length, "px", self.curve.closed)
         return f"Track(id {self.id}, {self.state.value}, {extent}{in_space})"
+
+    @cached_property
+    def inferred_3d(self) -> Spans:
+        """The intervals of the ``u`` of `curve_3d`, ascending, that this frame or its depth does not show."""
+        if self.curve_3d is None:
+            return ()
+        spans = list(self.inferred)
+        if self.camera is not None and is_in_front(self.curve_3d):
+            spans = [(float(low), float(high)) for low, high in map(self.u_3d, spans)]
+        if self.detection is not None:
+            spans += _spans_on(self.curve_3d, self.detection.curve_3d, self.detection.inferred_3d)
+        return outside(outside(spans))
 
     def u_3d(self, u: npt.ArrayLike) -> FloatArray:
         """Return the ``u`` on `curve_3d` of the places that have these on `curve`, in the same shape.
@@ -295,6 +311,16 @@ class Track(ObjectShape):
             if ends is None
             else cast(Any, tuple(kind_of("an end of a track", EndKind, end) for end in list_of("ends", ends))),
         )
+
+
+def _spans_on(curve: BSplineCurve, seen: BSplineCurve | None, spans: Spans) -> Spans:
+    """Return intervals of a detection's curve on the curve of its track, between the nearest places."""
+    if seen is None or curve == seen:
+        return spans
+    found: list[tuple[float, float]] = []
+    for low, high in ([curve.nearest(point)[0] for point in seen(span)] for span in spans):
+        found += [(low, high)] if low <= high else [(low, 1.0), (0.0, high)] if curve.closed else []
+    return tuple(found)
 
 
 def _std_on(

@@ -10,7 +10,7 @@ import numpy as np
 from dloftbs.data.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.mask_crop import MaskCrop
-from dloftbs.fitting.kernels.mask_contact import are_on_mask, leaves_mask
+from dloftbs.fitting.kernels.mask_contact import leaves_mask, lie_on_mask
 from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.support.arrays import FloatArray
 
@@ -122,4 +122,4 @@ def _until_seen(u: float, step: float, last: float, line: Centerline, curve: BSp
 
 def _is_on(points: FloatArray, crop: MaskCrop, width: float) -> bool:
     (x0, y0), reach = crop.origin, max(0.5 * width, MIN_BESIDE_PX)
-    return bool(are_on_mask(points, crop.pixels, x0 - 1, y0 - 1, reach))
+    return bool(lie_on_mask(points - np.array((x0 - 1.0, y0 - 1.0)), crop.pixels, reach).all())

@@ -95,7 +95,7 @@ def cut(packed: _Words, columns: int, margin: int) -> tuple[_Words, _Words, int,
 def _box(bitmask: _Words) -> tuple[int, int, int, int]:
     """Return the first and last column and row that are not empty; the last is -1 where all are."""
     n, rows = bitmask.shape
-    first, last = n, -1
+    last = -1
     left, right = 0, 0
     along = np.zeros(rows, dtype=np.uint64)
     for k in range(n):
@@ -105,8 +105,7 @@ def _box(bitmask: _Words) -> tuple[int, int, int, int]:
             along[r] |= bitmask[k, r]
         if together != 0:
             if last < 0:
-                first = k
-                left = WORD_BITS * first + lowest_one(together)
+                left = WORD_BITS * k + lowest_one(together)
             last = k
             right = WORD_BITS * last + _length(together) - 1
     top, bottom = 0, rows - 1

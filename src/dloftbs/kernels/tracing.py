@@ -12,6 +12,11 @@ from dloftbs.kernels.shared.polyline import chord_direction
 RADIUS_SPACING = 4
 """Pixels of a run from one measured radius to the next."""
 
+_CHORD_REACH_PX = 4
+"""Number of points to either side over which the direction across a run is measured for its width, px.
+
+Source: by hand; long enough for a staircase, short enough for a bend.
+"""
 
 _NEAR = 2  # marks what touches a branch point in the grid, beside the 1, while a kernel runs
 
@@ -129,9 +134,9 @@ def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
     return t + 0.25 if inside else t - 0.25  # the edge lies within the next or the last half step
 
 
-@kernel(read(uint8, 2), read(float64, 2), read(int64, 1), int64)
+@kernel(read(uint8, 2), read(float64, 2), read(int64, 1))
 def measure_radius(
-    mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64], reach: int
+    mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.float64]:
     """Measure half the mask's width across the runs, at every fourth of their points and linearly in between.
 
@@ -144,8 +149,6 @@ def measure_radius(
         ``(x, y)``, run after run.
     offsets : (runs + 1,) int64
         Start of each run in `points`, and the end.
-    reach : int
-        The direction at a point is that from the point `reach` before to the one `reach` after, within the run.
 
     Returns
     -------
@@ -159,7 +162,7 @@ def measure_radius(
         for i in range(first, last + 1):
             if (i - first) % RADIUS_SPACING != 0 and i != last:
                 continue
-            before, after = max(i - reach, first), min(i + reach, last)
+            before, after = max(i - _CHORD_REACH_PX, first), min(i + _CHORD_REACH_PX, last)
             dx, dy = chord_direction(points, before, after)
             x, y = points[i, 0], points[i, 1]
             radius[i] = 0.5 * (_reach(mask, x, y, -dy, dx) + _reach(mask, x, y, dy, -dx))

@@ -75,12 +75,6 @@ _PROFILE_WIDTHS = 8.0
 Source: geometry; twice as far as branches lead on side by side.
 """
 
-_CHORD_REACH_PX = 4
-"""Number of points to either side over which the direction across a branch is measured for its width, px.
-
-Source: as in `end_matching`.
-"""
-
 _CENTRE_WIDTHS = 1.0
 """Distance from a junction's centre that counts as much as a ray that misses by `_RAY_WIDTHS`, widths.
 
@@ -156,7 +150,7 @@ def find_branch_points(
     for ends in _joined(matching, found, least_px):
         place, reach = _start_of_merge(mask, graph, matching, ends)
         if place is None:
-            place = _place(branches.end_states[ends], graph.width)
+            place = _place(branches.end_states[ends])
         shortest = min([len(_points_of(graph, matching, end)) for end in ends])
         sure = confidence_of(math.log(max(shortest, 1) / graph.width), reach / graph.width)
         places.update(dict.fromkeys(ends, (place, sure)))
@@ -259,7 +253,7 @@ def _joined(matching: EndMatching, found: list[list[int]], least_px: float) -> l
     return [ends for ends in points if ends]
 
 
-def _place(states: FloatArray, width: float) -> FloatArray:
+def _place(states: FloatArray) -> FloatArray:
     """Return the place nearest to the axes of some ends, and not far from their middle."""
     middle = np.add.reduce(states[:, POSITION]) / len(states)
     across = states[:, TANGENT][:, ::-1] * (-1.0, 1.0)
@@ -281,7 +275,7 @@ def _start_of_merge(
     """
     parts = [_inward_points(graph, matching, end) for end in ends]
     counts = [0, *accumulate(map(len, parts))]
-    widths = measure_radius(mask, np.concatenate(parts), np.array(counts), _CHORD_REACH_PX) * (2.0 / graph.width)
+    widths = measure_radius(mask, np.concatenate(parts), np.array(counts)) * (2.0 / graph.width)
     least = _MERGE_WIDTHS * graph.width
     reaches = []
     for points, start in zip(parts, counts, strict=False):

@@ -45,7 +45,7 @@ def assemble(
     graph: Graph,
     matching: EndMatching,
     least_widths: float,
-    branch_points: Mapping[int, tuple[FloatArray, float]] | None = None,
+    places: Mapping[int, tuple[FloatArray, float]],
 ) -> list[Centerline]:
     """Make a centre line of each cable.
 
@@ -56,15 +56,14 @@ def assemble(
     matching : EndMatching
     least_widths : float
         Shortest skeleton of a cable, in widths.
-    branch_points : mapping of int to (numpy.ndarray, float), optional
-        As `find_branch_points` makes them.
+    places : mapping of int to (numpy.ndarray, float)
+        The branch points, as `find_branch_points` makes them.
 
     Returns
     -------
     list of Centerline
         Cables with ends first, then loops.
     """
-    places = {} if branch_points is None else branch_points
     least = max(least_widths * graph.width, _MIN)
     around = max(2.0 * least, _MIN_AROUND)
     buffer = Points(matching.branches)

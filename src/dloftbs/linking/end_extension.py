@@ -129,13 +129,8 @@ def extend_ends(
         drop, added = extend_end(mask, points if towards_high else points[::-1], radius)
         low, high = (low, high - drop) if towards_high else (low + drop, high)
         cut = (low, high, 1) if step == 1 else (high - 1, low - 1, -1)
-        if at_start:
-            spans[0] = cut
-            first, last, _ = buffer.add(added, radius)
-            spans.insert(0, (last - 1, first - 1, -1))
-        else:
-            spans[-1] = cut
-            spans.append(buffer.add(added, radius))
+        spans[0 if at_start else -1] = cut
+        _attach(added, radius, spans, at_start, buffer)
 
 
 def _extend_through_junction(
@@ -196,7 +191,13 @@ def _extend_inside(
 
 def _lead_on(spans: list[Span], at_start: bool, ray: FloatArray, length: float, width: float, buffer: Points) -> None:
     """Add the points of a straight line to one end of a cable."""
-    first, last, _ = buffer.add(ray[:2] + np.arange(1.0, round(length) + 1.0)[:, None] * ray[2:], 0.5 * width)
+    points = ray[:2] + np.arange(1.0, round(length) + 1.0)[:, None] * ray[2:]
+    _attach(points, 0.5 * width, spans, at_start, buffer)
+
+
+def _attach(points: FloatArray, radius: float, spans: list[Span], at_start: bool, buffer: Points) -> None:
+    """Add points, which lead away from a cable, to one of its ends."""
+    first, last, _ = buffer.add(points, radius)
     if at_start:
         spans.insert(0, (last - 1, first - 1, -1))
     else:
@@ -228,11 +229,7 @@ def _lead_to(
         length = math.sqrt(squares[nearest])
         way = away[nearest] / -max(length, 1e-9)
         at = np.append(np.arange(1.0, length), length)
-        added, stop, _ = buffer.add(branches.points[tip] + at[:, None] * way, 0.5 * graph.width)
-        if at_start:
-            spans.insert(0, (stop - 1, added - 1, -1))
-        else:
-            spans.append((added, stop, 1))
+        _attach(branches.points[tip] + at[:, None] * way, 0.5 * graph.width, spans, at_start, buffer)
 
 
 def _clear_of_junction(graph: Graph, branches: Branches, end: int, span: Span) -> Span:

@@ -42,12 +42,6 @@ Source: measured; tools cut cables where others lie across. Of 120 frames of rec
 there .625 are right, and .558 at a cost of 2.2; with labels without a mistake .75, and .758.
 """
 
-_CHORD_REACH_PX = 4
-"""Number of points to either side over which the direction across a branch is measured for its width, px.
-
-Source: by hand; long enough for a staircase, short enough for a bend.
-"""
-
 _Ints = npt.NDArray[np.int64]
 _Floats = npt.NDArray[np.float64]
 
@@ -309,7 +303,7 @@ def _find_shared(
     if not unresolved.any():
         return none, none, np.empty(0), none, None
     # Not smoothed: the width of re-centring is limited to that of one cable where two lie side by side.
-    raw_radius = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
+    raw_radius = measure_radius(mask, graph.pixels, graph.offsets)
     reach, widths = wide_reach(spans, raw_radius, width)
     paths, inside, path_cost = branch_overlap.list_paths(
         graph.nodes, graph.spurs, unresolved, reach, spans, widths, width, *junctions

@@ -42,10 +42,10 @@ def add_evidence(
     gaps, lengths = list_gaps(nodes, states, pairs)
     own = ids[pairs]
     describe_seen(evidence.across(own[gaps]), gaps, lengths, pairs, roundness, evidence.width, joints)
+    is_own = ~are_shared(ids)[pairs].any(axis=1)
     if evidence.tells_swerves:
-        swerves = evidence.swerves(own, lengths) * ~are_shared(ids)[pairs].any(axis=1)
-        joints[:, DEPTH_SWERVE] = swerve_bends(swerves)
-    joints[:, OTHER_COLOUR] = evidence.differ_in_colour(own) & ~are_shared(ids)[pairs].any(axis=1)
+        joints[:, DEPTH_SWERVE] = swerve_bends(evidence.swerves(own, lengths) * is_own)
+    joints[:, OTHER_COLOUR] = evidence.differ_in_colour(own) & is_own
 
 
 def swerve_bends(swerves: _Floats) -> _Floats:

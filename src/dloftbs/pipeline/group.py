@@ -16,7 +16,8 @@ from dloftbs.pipeline.pipeline import Pipeline
 class PipelineGroup:
     """Pipelines that share a stream; each tracks its own objects, so that those of two colours are never mixed up.
 
-    Track k of pipeline j of n, both counted from 1, has the id ``(k - 1) n + j``.
+    Track k of pipeline j of n, both counted from 1, has the id ``(k - 1) n + j``. Harnesses and their branch points are
+    not in the results: use one `Pipeline` for these.
 
     Parameters
     ----------

@@ -239,11 +239,11 @@ class Pipeline:
         self._doubted = self._has_unit = False
         self._mask = self._masked = self._size = None
         self._tracker.reset()
-        self._harness_ids.reset()
         self._reset_scene()
 
     def _reset_scene(self) -> None:
-        """Forget what is known of the camera and of its masks."""
+        """Forget what is known of the camera, of its masks, and of the harnesses in them."""
+        self._harness_ids.reset()
         self._depth_edges.reset()
         if self._gate is not None:
             self._gate.reset()

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.spans import inside
 from dloftbs.data.tracks import Track, TrackState
-from dloftbs.data.u_mapping import is_in_front
 from dloftbs.errors import InputError
 from dloftbs.support.array_likes import as_array
 from dloftbs.support.arrays import FloatArray, as_points, as_vector
@@ -86,7 +86,7 @@ def sample_px(track: Track) -> SampledTrack:
     """
     check_type("track", track, Track)
     u = np.linspace(0.0, 1.0, SAMPLES)
-    return SampledTrack(track, track.curve(u), u * track.curve.length, _is_inferred(track, u))
+    return SampledTrack(track, track.curve(u), u * track.curve.length, inside(u, track.inferred))
 
 
 def sample_m(track: Track) -> SampledTrack | None:
@@ -102,10 +102,7 @@ def sample_m(track: Track) -> SampledTrack | None:
     if curve is None:
         return None
     u = np.linspace(0.0, 1.0, SAMPLES)
-    in_image = track.u_2d(u) if track.camera is not None and is_in_front(curve) else u
-    unmeasured = () if track.detection is None else track.detection.inferred_3d
-    inferred = _is_inferred(track, in_image) | _inside(u, unmeasured)
-    return SampledTrack(track, curve(u), u * curve.length, inferred)
+    return SampledTrack(track, curve(u), u * curve.length, inside(u, track.inferred_3d))
 
 
 def sampled_m(result: FrameResult) -> Iterator[SampledTrack]:
@@ -138,16 +135,3 @@ def checked_samples(samples: Iterable[SampledTrack], dims: int) -> tuple[Sampled
         if sample.points.shape[1] != dims:
             raise InputError(f"the points of a sample must have {dims} dimensions, got {sample.points.shape[1]}")
     return checked
-
-
-def _is_inferred(track: Track, u: FloatArray) -> npt.NDArray[np.bool_]:
-    if track.state is TrackState.HIDDEN:
-        return np.ones(len(u), np.bool_)
-    return _inside(u, track.inferred)
-
-
-def _inside(u: FloatArray, spans: Iterable[tuple[float, float]]) -> npt.NDArray[np.bool_]:
-    inside: npt.NDArray[np.bool_] = np.zeros(len(u), np.bool_)
-    for low, high in spans:
-        inside |= (low <= u) & (u <= high)
-    return inside

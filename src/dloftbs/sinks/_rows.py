@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-
-import numpy as np
-import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import Track
-from dloftbs.support.arrays import FloatArray
 
 NO_TRACK = 0
 """The track id of a row that is only a detection; tracks count from 1."""
@@ -49,11 +45,3 @@ def object_rows(result: FrameResult) -> Iterator[ObjectRow]:
     if not result.tracks:
         for number, found in enumerate(result.detections):
             yield ObjectRow(NO_TRACK, number, "", found.curve, found.curve_3d, found, found.camera, found)
-
-
-def inside(u: FloatArray, spans: Sequence[tuple[float, float]]) -> npt.NDArray[np.bool_]:
-    """Return which parameters (n,) lie strictly inside of a span."""
-    result: npt.NDArray[np.bool_] = np.zeros(len(u), np.bool_)
-    for low, high in spans:
-        result |= (low < u) & (u < high)
-    return result

@@ -11,10 +11,10 @@ import numpy as np
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.spans import inside
 from dloftbs.errors import InputError
 from dloftbs.sinks import _mesh
 from dloftbs.sinks._in_space import SpaceObject, SpaceObjects, check_radius
-from dloftbs.sinks._rows import inside
 from dloftbs.sinks.sink import PathSink
 from dloftbs.support.safe_files import UnusedNames, claim_replaceable, sink_errors, write_whole
 
@@ -41,7 +41,7 @@ class GeometrySink(PathSink):
     curve in space are left out, too: the first one is named in a warning in the log, and closing counts all of them.
 
     PLY files are binary; their points have ``nx, ny, nz``, the colour of the object in overlays as ``red, green,
-    blue``, its id or number as ``object``, and ``inferred``, 1 where depth was bridged rather than measured. In OBJ
+    blue``, its id or number as ``object``, and ``inferred``, 1 where the frame's depth does not show it. In OBJ
     files each object is an ``o object_ID``, and colours stand behind the coordinates. Branch points are white balls, or
     points beside lines; their ``object`` is negative: minus their id, or their number from 1 in a frame by itself.
 
@@ -118,7 +118,7 @@ class GeometrySink(PathSink):
         else:
             shape = _mesh.tube(curve, self._radius_m or one.radius_m(camera), caps=self._caps)
         blue, green, red = Style().colour(one.order)
-        seen_not = inside(shape.u, one.detection.inferred_3d)
+        seen_not = inside(shape.u, one.row.source.inferred_3d)
         return _mesh.Item(one.row.name, shape, (red, green, blue), seen_not)
 
     def _branch_points(

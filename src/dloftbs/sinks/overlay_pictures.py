@@ -144,10 +144,10 @@ class OverlayPictureSink(PathSink):
 class OverlayImagesSink(PathSink):
     """Writes one picture per frame, with the results drawn on it.
 
-    A picture is named as its frame, without folder and suffix, in at most 200 bytes that every file system takes, or by
-    the frame's index in six digits where it has no name; so none ever leaves the folder. What comes a second time under
-    the same name gets ``_1`` and so on. Pictures of an earlier run are replaced. Each appears as a whole or not at all,
-    whenever the process dies. The names used stay in memory.
+    A picture is named as its frame, without folder and suffix, in at most 200 bytes that every file system takes: as
+    ``cable_000012`` for ``cable.mp4#12``, or by the frame's index in six digits where it has no name. What comes a
+    second time under the same name gets ``_1`` and so on. Pictures of an earlier run are replaced. Each appears as a
+    whole or not at all, whenever the process dies. The names used stay in memory.
 
     Parameters
     ----------
@@ -192,7 +192,10 @@ class OverlayImagesSink(PathSink):
 
 def picture_name(frame: Frame) -> str:
     """Return the name of a frame's picture, without its suffix, that every file system takes."""
-    text = Path(frame.name).stem.encode("utf-8", "backslashreplace").decode("utf-8")
+    name, mark, number = frame.name.rpartition("#")  # of a video's or a stack's frame
+    is_numbered = bool(mark) and number.isascii() and number.isdecimal()
+    text = f"{Path(name).stem}_{int(number):06d}" if is_numbered else Path(frame.name).stem
+    text = text.encode("utf-8", "backslashreplace").decode("utf-8")
     stem = _UNSAFE.sub("_", text).encode("utf-8")[:MAX_STEM_BYTES].decode("utf-8", "ignore").strip(". ")
     if _RESERVED.fullmatch(stem):
         stem = f"_{stem}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,10 @@ import numpy.typing as npt
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.spans import inside
 from dloftbs.data.u_mapping import is_in_front, to_space
 from dloftbs.errors import InputError
-from dloftbs.sinks._rows import ObjectRow, inside, object_rows
+from dloftbs.sinks._rows import ObjectRow, object_rows
 from dloftbs.sinks.sink import PathSink
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.safe_files import AppendFile
@@ -57,11 +57,12 @@ class CsvSink(PathSink):
     A result's objects are its tracks, or its detections where it has none. The columns: ``frame`` the index; ``stamp``
     in seconds, empty where the frame has none; ``object`` the track's id, or the detection's number from 0; ``state``
     of the track, empty for a detection; ``i`` the point's number and ``u`` its parameter; ``x_px, y_px``; ``inferred``
-    1 where the point was not seen in this frame (it lies across a gap of the mask, or the track is hidden), else 0.
+    1 where this frame does not show the point (it lies across a gap of the mask, or the track remembers it), else 0.
     Then the same point in space, empty without a curve there: ``u_3d`` its parameter on that curve, which is the arc
-    length in space and not that in the image; ``x_m, y_m, z_m``; ``inferred_3d`` 1 where depth was bridged, not
-    measured. Then the unit tangents towards growing ``u``, ``tangent_x, tangent_y`` in the image and ``tangent_x_3d,
-    tangent_y_3d, tangent_z_3d`` in space. Last the lengths of the whole curves, ``length_px`` and ``length_m``.
+    length in space and not that in the image; ``x_m, y_m, z_m``; ``inferred_3d`` 1 where this frame's depth does not
+    show the point. Then the unit tangents towards growing ``u``, ``tangent_x, tangent_y`` in the image and
+    ``tangent_x_3d, tangent_y_3d, tangent_z_3d`` in space. Last the lengths of the whole curves, ``length_px`` and
+    ``length_m``.
 
     Each frame's rows are on their way to the disk before `write` returns: whenever the process dies, every frame
     written is whole.
@@ -163,8 +164,7 @@ def _text(value: float, form: str) -> str:
 def _points(row: ObjectRow, u: FloatArray) -> dict[str, npt.NDArray[Any]]:
     """Return the columns of the points at `u` (n,) of an object; NaN in space where it has no curve there."""
     points, tangents = row.curve(u), row.curve.tangent(u)
-    inferred = _inferred(None if row.detection is None else row.detection.inferred, u)
-    in_image = (np.arange(len(u)), u, *points.T, inferred)
+    in_image = (np.arange(len(u)), u, *points.T, inside(u, row.source.inferred).astype(np.int64))
     length = np.full(len(u), row.curve.length)
     if row.curve_3d is None:
         nothing = np.full(len(u), np.nan)
@@ -172,8 +172,7 @@ def _points(row: ObjectRow, u: FloatArray) -> dict[str, npt.NDArray[Any]]:
             zip(_OF_POINTS, (*in_image, *[nothing] * 5, *tangents.T, *[nothing] * 3, length, nothing), strict=True)
         )
     at = _u_in_space(row, row.curve_3d, u)
-    inferred_3d = _inferred(None if row.detection is None else row.detection.inferred_3d, at)
-    in_space = (at, *row.curve_3d(at).T, inferred_3d)
+    in_space = (at, *row.curve_3d(at).T, inside(at, row.source.inferred_3d).astype(np.int64))
     lengths = length, np.full(len(u), row.curve_3d.length)
     values = (*in_image, *in_space, *tangents.T, *row.curve_3d.tangent(at).T, *lengths)
     return dict(zip(_OF_POINTS, values, strict=True))
@@ -192,8 +191,3 @@ def _u_in_space(row: ObjectRow, curve_3d: BSplineCurve, u: FloatArray) -> FloatA
     if row.camera is None or not is_in_front(curve_3d):
         return u
     return to_space(u, curve_3d, row.camera)
-
-
-def _inferred(spans: Sequence[tuple[float, float]] | None, u: FloatArray) -> npt.NDArray[np.int64]:
-    """Return 1 for the points that were not seen, else 0; without a detection, none was."""
-    return np.ones(len(u), np.int64) if spans is None else inside(u, spans).astype(np.int64)

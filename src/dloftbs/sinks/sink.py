@@ -88,7 +88,7 @@ class PathSink(Sink):
     """
 
     def __init__(self, path: str | Path) -> None:
-        self._path = check_path("path", path)
+        self._path = Path(os.path.expanduser(check_path("path", path)))
         if isinstance(path, str) and not path:
             raise InputError("the path of a result is empty; the current folder is '.'")
         self._closed = False

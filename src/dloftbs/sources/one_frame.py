@@ -10,6 +10,7 @@ from dloftbs import sources
 from dloftbs.data.frame import Frame
 from dloftbs.data.instance_labels import Size
 from dloftbs.errors import InputError, SourceError
+from dloftbs.sources.image_files import FileSource
 from dloftbs.sources.naming_rules import is_rule, partner_of
 from dloftbs.sources.object_files import object_reads
 from dloftbs.sources.pairing import What, read_partner
@@ -18,8 +19,8 @@ from dloftbs.sources.standard_input import STANDARD_INPUT
 from dloftbs.support.values import shown
 
 
-def read_frame(where: str | os.PathLike[str], kind: Kind = "auto") -> Frame:
-    """Read the frame of a file that holds one, as `sources.open` reads it.
+def read_frame(where: str | os.PathLike[str], kind: Kind = "auto", *, as_stored: bool = False) -> Frame:
+    """Read the frame of a file that holds one, as `sources.open` does: `as_stored`, if a camera or depth goes with it.
 
     Raises
     ------
@@ -34,7 +35,10 @@ def read_frame(where: str | os.PathLike[str], kind: Kind = "auto") -> Frame:
         if os.path.exists(os.path.expanduser(text)) or "://" in text or text.isdecimal():
             raise InputError(f"expected the file of one picture, got {shown(text)}; {remedy}")
         raise SourceError(f"there is no file {shown(text)}")
-    with sources.open(text if text == STANDARD_INPUT else Path(text), kind=kind) as source:
+    source = sources.open(text if text == STANDARD_INPUT else Path(text), kind=kind)
+    if as_stored and isinstance(source, FileSource):
+        source = FileSource(source.paths, source.name, kind=kind)
+    with source:
         frames = list(islice(source, 2))
     if len(frames) > 1:
         raise InputError(f"expected the file of one picture, and {shown(text)} holds several; {remedy}")

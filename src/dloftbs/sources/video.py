@@ -28,6 +28,8 @@ MAX_FAILURES = 100
 """Reads in a row that may fail before a camera or a network stream is given up."""
 LIVE_SCHEMES = ("rtsp", "rtsps", "rtp", "srtp", "udp", "rtmp", "rtmps", "srt")
 """Addresses under which there is never a file, as there may be under http."""
+MAX_LIVE_FPS = 1000.0
+"""Rate above which what a driver or a stream says is the tick of its clock, 90 kHz say, and no rate."""
 RETRY_S = 0.02
 """Wait after a failed read of a camera or a stream, which fails at once while it is disturbed."""
 
@@ -150,6 +152,8 @@ class VideoSource(_PictureSource):
 class LiveSource(_PictureSource):
     """A camera or a network stream, which can be read once, by OpenCV; stamps are seconds since it was opened.
 
+    `opened_s` is that moment on the monotonic clock. Streams that are read together need the same one.
+
     Parameters
     ----------
     where : int or str
@@ -171,7 +175,7 @@ class LiveSource(_PictureSource):
         super().__init__(kind, camera)
         self.live = isinstance(where, int) or where.partition("://")[0].lower() in LIVE_SCHEMES
         # Addresses may hold a password, and names end up in logs and results.
-        self.name = f"camera {where}" if isinstance(where, int) else re.sub(r"//[^/@]*@", "//***@", where)
+        self.name = f"camera {where}" if isinstance(where, int) else without_password(where)
         if isinstance(where, str) and readable(where) != where:  # OpenCV crashes on it
             raise SourceError(f"{self.name} cannot be opened: an address must be text, and has bytes that are no UTF-8")
         self._capture = cv2.VideoCapture(where)
@@ -180,9 +184,10 @@ class LiveSource(_PictureSource):
             why = f": {why_not(where)}" if isinstance(where, int) else ""
             raise SourceError(f"{self.name} cannot be opened{why}")
         _check_size(self._capture, self.name)
-        self._opened = time.monotonic()
+        self.opened_s = time.monotonic()
         self._started = False
-        self.fps = _positive(self._capture.get(cv2.CAP_PROP_FPS))
+        fps = _positive(self._capture.get(cv2.CAP_PROP_FPS))
+        self.fps = None if fps is None or fps > MAX_LIVE_FPS else fps
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames as they come, until the stream ends or is closed.
@@ -206,7 +211,7 @@ class LiveSource(_PictureSource):
     def _frames(self) -> Iterator[Frame]:
         try:
             for index, pixels in self._decoded():
-                yield self._frame(index, pixels, time.monotonic() - self._opened, self.name)
+                yield self._frame(index, pixels, time.monotonic() - self.opened_s, self.name)
                 if self._closed:
                     return
         finally:
@@ -228,6 +233,11 @@ class LiveSource(_PictureSource):
                 failures = 0
             yield index, pixels
             index += 1
+
+
+def without_password(address: str) -> str:
+    """Return an address without the user and the password in it."""
+    return re.sub(r"//[^/?#]*@", "//***@", address)
 
 
 def _check_size(capture: cv2.VideoCapture, name: str) -> None:

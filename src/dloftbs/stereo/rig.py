@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import logging
 import math
 import os
@@ -327,7 +328,8 @@ class CameraRig:
         frames = []
         for number, (view, camera) in enumerate(zip(views, cameras, strict=True)):
             if isinstance(view, (str, os.PathLike)):
-                frame = read_frame(view, kind_for("auto", segmented=pipeline.segments_images and mask is None))
+                kind = kind_for("auto", segmented=pipeline.segments_images and mask is None)
+                frame = replace(read_frame(view, kind), index=index)
             else:
                 grey = pipeline.segments_images and mask is None
                 frame = as_frame(cast("Frame | npt.ArrayLike", view), index, grey_as_image=grey)
@@ -437,17 +439,17 @@ def _checked_poses(poses: Sequence[npt.ArrayLike], count: int) -> tuple[FloatArr
         given = len(poses) if isinstance(poses, (list, tuple, np.ndarray)) else shown(poses)
         raise InputError(f"poses must be {count}, one (4, 4) for each camera or view, got {given}")
     checked = [_checked_pose(f"pose {number}", pose) for number, pose in enumerate(poses)]
-    for number, pose in enumerate(checked[1:], start=1):
-        apart = float(np.linalg.norm(pose[:3, 3] - checked[0][:3, 3]))
+    for (first, one), (second, other) in itertools.combinations(enumerate(checked), 2):
+        apart = float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
         if apart > FARTHEST_M:
             raise InputError(
-                f"poses must be in metres: cameras 0 and {number} would be {apart:.4g} m apart; if they are in "
+                f"poses must be in metres: cameras {first} and {second} would be {apart:.4g} m apart; if they are in "
                 "millimetres, divide their translations by 1000"
             )
         if apart == 0.0:
             raise InputError(
-                f"cameras 0 and {number} are at the same place, from where nothing shows how far away a cable is: "
-                "poses are 4 x 4, with the camera's place in metres in the last column"
+                f"cameras {first} and {second} are at the same place, from where nothing shows how far away a cable "
+                "is: poses are 4 x 4, with the camera's place in metres in the last column"
             )
     return tuple(checked)
 

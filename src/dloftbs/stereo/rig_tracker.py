@@ -138,13 +138,26 @@ class RigTracker:
 def _points(one: RigObject) -> FloatArray | None:
     if one.curve_3d is None:
         return None
-    return sample_cubic(one.curve_3d.knots, one.curve_3d.control_points, 0.0, 1.0, _SAMPLES)[0]
+    points = sample_cubic(one.curve_3d.knots, one.curve_3d.control_points, 0.0, 1.0, _SAMPLES)[0]
+    if one.curve_3d.closed:
+        points[-1] = points[0]  # to the last bit, by which `_apart` knows a loop
+    return points
 
 
 def _apart(a: FloatArray, b: FloatArray) -> tuple[float, bool]:
-    """Return the mean distance of two curves' points, and whether it is less with one of them run backwards."""
-    ways = np.stack((a - b, a - b[::-1]))
-    forward, backward = (np.sqrt((ways * ways).sum(axis=2)).sum(axis=1) / len(a)).tolist()
+    """Return the mean distance of two curves' points, and whether it is less with one of them run backwards.
+
+    Loops have their first point at the end again, and may start anywhere: the nearest start counts.
+    """
+    if (a[0] == a[-1]).all() and (b[0] == b[-1]).all():
+        a, b = a[:-1], b[:-1]
+        starts = [np.roll(b, number, axis=0) for number in range(len(b))]
+    else:
+        starts = [b]
+    forward, backward = (
+        min(float(np.linalg.norm(a - way, axis=1).mean()) for way in ways)
+        for ways in (starts, [start[::-1] for start in starts])
+    )
     return min(forward, backward), backward < forward
 
 

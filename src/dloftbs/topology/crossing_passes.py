@@ -124,6 +124,9 @@ def _polyline(curve: BSplineCurve | npt.ArrayLike, closed: bool) -> FloatArray:
         points = as_points("a curve", curve.sample(_CHORDS + 1), (3,))
         return np.concatenate([points[:-1], points[:1]]) if closed else points
     points = as_points("a curve", curve, (3,))
+    points = points[np.append([True], (np.diff(points, axis=0) != 0.0).any(axis=1))]
+    if closed and len(points) > 1 and (points[0] == points[-1]).all():
+        points = points[:-1]
     if len(points) < 2 + closed:
-        raise InputError(f"a curve needs at least {2 + closed} points, got {len(points)}")
+        raise InputError(f"a curve needs at least {2 + closed} different points, got {len(points)}")
     return np.concatenate([points, points[:1]]) if closed else points

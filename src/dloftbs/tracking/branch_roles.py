@@ -31,7 +31,7 @@ class BranchRoles:
         structure = _structure(observations)
         if structure:
             branches = [one.detection for one in observations if ends_that_meet(one)]
-            roles = {t.id: _count(t) for t in tracks if any(t.detection is one for one in branches)}
+            roles = {t.id: ends_that_meet(t) for t in tracks if any(t.detection is one for one in branches)}
             if tuple(sorted(roles.values())) == structure:
                 self._of_structure[structure] = roles
 
@@ -58,15 +58,10 @@ def match_roles(
     return [(tracks[t], branches[d]) for t, d in zip(rows.tolist(), columns.tolist(), strict=True)]
 
 
-def ends_that_meet(observation: Observation) -> int:
-    """Return the number of ends of an observation that lie at branch points."""
-    found = observation.detection
+def ends_that_meet(one: Observation | Track) -> int:
+    """Return the number of ends of a branch that lie at branch points."""
+    found = one.detection
     return 0 if found is None else sum(end is not None for end in found.centerline.branch_ends)
-
-
-def _count(track: Track) -> int:
-    assert track.detection is not None
-    return sum(end is not None for end in track.detection.centerline.branch_ends)
 
 
 def _structure(observations: Sequence[Observation]) -> tuple[int, ...]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.curve_samples import sample_curve
+from dloftbs.data.u_mapping import is_in_front
 from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import SAME_U
@@ -20,13 +19,27 @@ Source: by definition; cubic, as in the paper.
 
 
 def restart_loop(observation: Observation, u: float) -> Observation:
-    """Return a loop that starts at the former `u`."""
+    """Return a loop that starts at the former `u`; its detection stays as the frame has it."""
     curve = move_start(observation.curve, u)
     if curve is observation.curve:
         return observation
     points, length = sample_curve(curve)
-    detection = None if observation.detection is None else replace(observation.detection, curve=curve)
-    return observation._replace(curve=curve, points=points, length=length, detection=detection)
+    gaps = []
+    for low, high in observation.gaps:
+        first, last = (low - u) % 1.0, (low - u) % 1.0 + high - low
+        gaps += [(first, last)] if last <= 1.0 else [(first, 1.0), (0.0, last - 1.0)]
+    return observation._replace(curve=curve, points=points, length=length, gaps=tuple(sorted(gaps)))
+
+
+def restart_in_space(observation: Observation, u: float) -> BSplineCurve | None:
+    """Return the curve in space of a loop, starting where its curve in the image has `u`."""
+    detection, curve_3d = observation.detection, observation.curve_3d
+    if detection is None or detection.camera is None or curve_3d is None:
+        return curve_3d
+    if not (curve_3d.closed and is_in_front(curve_3d)):
+        return curve_3d
+    start = detection.u_3d(observation.curve.u_at(u % 1.0))
+    return move_start(curve_3d, float(curve_3d.t_at(start)))
 
 
 def move_start(curve: BSplineCurve, u: float) -> BSplineCurve:

@@ -79,8 +79,9 @@ class Motion:
         self.points_3d = None
 
     def resample(self, u: FloatArray) -> None:
-        """Take the velocities at other parameters (SAMPLES,)."""
+        """Take the velocities at other parameters (SAMPLES,); in space, two frames have to show these first."""
         self.velocity = interpolate(self.velocity, u)
+        self.velocity_3d = self.points_3d = None
 
 
 def extrapolated_time(dt: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from dloftbs.data.curve_samples import sample_curve
 from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.loop_start import restart_loop
+from dloftbs.tracking.loop_start import restart_in_space, restart_loop
 from dloftbs.tracking.partial_match import (
     WHOLE,
     PartialMatch,
@@ -37,9 +37,9 @@ def update_seen(model: TrackModel, shown: TrackObservation, view: View, dt: floa
 
 
 def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
-    observation = match.observation
+    observation, start = match.observation, match.curve_span[0]
     if observation.curve.closed:
-        observation = restart_loop(observation, match.curve_span[0])
+        observation = restart_loop(observation, start)
     longer = match.track_span != WHOLE
     if longer:
         model.resample(match.track_span)
@@ -50,6 +50,8 @@ def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
     is_known = same_shape and not (longer or model.misses)
     model.motion.step(model.points, observation.points, dt, is_known=is_known)
     model.update_whole(observation)
+    if observation is not match.observation:
+        model.curve_3d = restart_in_space(match.observation, start)
 
 
 def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: float) -> list[PartialMatch]:

@@ -137,7 +137,7 @@ class Tracker:
         Raises
         ------
         InputError
-            If an item is neither a detection nor a curve in the image; if a stamp, size, width or cost is invalid, or
+            If an item is neither a detection nor a curve in the image; if a stamp, size or width is invalid, or
             the evidence of another size; or, if so configured, if the size differs from the last frame's or
             the stamp lies before its.
         """

@@ -56,11 +56,15 @@ class FrameStore:
         """Begin to read in the background."""
         self._thread.start()
 
-    def close(self) -> None:
-        """Stop reading and close the source."""
+    def stop(self) -> None:
+        """Let nobody wait for a frame any more."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
+
+    def close(self) -> None:
+        """Stop reading and close the source."""
+        self.stop()
         if self._thread.is_alive():
             self._thread.join(_PATIENCE_S)
         self.source.close()

@@ -57,7 +57,7 @@ def _curve(item: Item, found: Track | Detection) -> dict[str, Any]:
         "length": item.curve.length,
         "length_m": None if found.curve_3d is None else found.curve_3d.length,
         "space": None if found.curve_3d is None else _in_space(found.curve_3d),
-        "inferred_space": [] if seen is None or _is_hidden(found) else [list(span) for span in seen.inferred_3d],
+        "inferred_space": [] if _is_hidden(found) else [list(span) for span in found.inferred_3d],
     }
 
 

@@ -123,6 +123,7 @@ class TuneSession:
     def close(self) -> None:
         """End."""
         self._audience.close()
+        self._store.stop()  # a look at a silent camera waits for its first frame
         self._strip.close()
         self._pool.shutdown(wait=True, cancel_futures=True)
         self._store.close()

@@ -179,6 +179,8 @@ def _carried_over(item: Item, track: Track) -> Item:
         first, last = 0.0, 1.0
 
     def place(u: float) -> float:
+        if track.curve.closed:  # a loop's track starts where it did before, and its detection anywhere
+            return whole.share_near(item.curve(u))
         expected = first + u * (last - first)
         return whole.share_near(item.curve(u), expected - _WINDOW, expected + _WINDOW)
 

@@ -164,7 +164,7 @@ def _solids_of(result: FrameResult, style: Style) -> tuple[list[_Solid], list[st
         if hidden or detection is None:
             solids.append(_Solid(item.curve_3d, label, dimmed(colour, style.ink, 0.3), hidden=True))
         else:
-            solids.append(_Solid(item.curve_3d, label, colour, detection.inferred_3d))
+            solids.append(_Solid(item.curve_3d, label, colour, item.inferred_3d))
     return solids, absent
 
 

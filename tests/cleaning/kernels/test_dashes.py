@@ -79,15 +79,16 @@ def test_dashes_along_an_arc_are_found(radius: float) -> None:
     np.testing.assert_array_equal(with_kernel(mask), mask)
 
 
-def test_dashes_at_the_end_of_a_long_thin_cable_are_found() -> None:
-    mask = np.zeros((200, 300), np.uint8)
-    x = np.arange(10, 200)
+@pytest.mark.parametrize("last", [199, 949])  # the sums of the second exceed 64 bits when squared
+def test_dashes_at_the_end_of_a_long_thin_cable_are_found(last: int) -> None:
+    mask = np.zeros((200, last + 101), np.uint8)
+    x = np.arange(10, last + 1)
     y = 100 + 60 * np.sin(x / 40)
     cv2.polylines(mask, [np.rint(np.stack((x, y), axis=1)).astype(np.int32)], False, 1)
-    slope = 1.5 * np.cos(199 / 40)
+    slope = 1.5 * np.cos(last / 40)
     for k in range(3):
-        s = 205 + 12 * k + np.array([0, 7])
-        ends = np.rint(np.stack((s, y[-1] + slope * (s - 199)), axis=1)).astype(int).tolist()
+        s = last + 6 + 12 * k + np.array([0, 7])
+        ends = np.rint(np.stack((s, y[-1] + slope * (s - last)), axis=1)).astype(int).tolist()
         cv2.line(mask, ends[0], ends[1], 1)
     np.testing.assert_array_equal(with_kernel(mask), mask)
 

@@ -11,6 +11,7 @@ from cli.cli_inputs import mask, photo, run, save
 from dloftbs.cli.batch import input_run
 from dloftbs.cli.batch.input_run import MAX_WARNINGS, record_death, run_input
 from dloftbs.cli.batch.status_file import State, read_status
+from dloftbs.config import Config
 from dloftbs.errors import SinkError
 from dloftbs.sinks import read_json_lines, read_npz
 from dloftbs.support.claims import Claim
@@ -49,6 +50,24 @@ def test_other_forms(tmp_path, suffix):
     result = tmp_path / "one" / f"a.npy{suffix}"
     assert result.read_bytes() == (tmp_path / "two" / f"a.npy{suffix}").read_bytes()
     assert suffix == ".csv" or len(read_npz(result)) == 8
+
+
+def test_tables_of_branched_cables_have_their_columns(tmp_path):
+    path = stack(tmp_path / "a.npy", 2)
+    config = Config().replace({"linking.branched": True})
+    run_input(only(path, tmp_path / "out", ".csv"), settings(suffix=".csv", config=config))
+    header = (tmp_path / "out" / "a.npy.csv").read_text().splitlines()[0]
+    assert header.endswith(",harness,branch")
+
+
+def test_a_file_that_the_settings_name_counts_with_its_content(tmp_path):
+    empty = tmp_path / "empty.png"
+    config = Config().replace({"segmentation.background": {"file": str(empty)}})
+    digests = {settings(config=config).digest}
+    for level in (0, 9):
+        save(empty, np.full((60, 90, 3), level, np.uint8))
+        digests.add(settings(config=config).digest)
+    assert len(digests) == 3
 
 
 def test_frames_that_cannot_be_read_are_skipped_with_reasons(tmp_path):

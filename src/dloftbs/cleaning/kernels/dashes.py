@@ -65,7 +65,8 @@ def _measure(pixels: _Ints, start: int, end: int, rows: int, node: _Floats) -> b
         syy += y * y
         sxy += x * y
     a, b, c = n * sxx - sx * sx, n * syy - sy * sy, n * sxy - sx * sy
-    spread = math.sqrt(float((a - b) * (a - b) + 4 * c * c))
+    slant, skew = float(a - b), 2.0 * float(c)  # their squares exceed 64 bits in a row of 440 pixels
+    spread = math.sqrt(slant * slant + skew * skew)
     if spread == 0.0:
         return False
     cosine = (a - b) / spread  # of twice the angle

@@ -22,8 +22,11 @@ FIRST_QUEUE = 1024
 AROUND = 8
 """Neighbours of a pixel."""
 
-MAX_TOUCHED = 64
-"""Number of pixels by a piece that may be a joint; one of n pixels has up to 4 n + 4 neighbours."""
+MAX_TOUCHED = 320
+"""Number of pixels by a piece that may be a joint; it bounds time, for thicker cables than `thin_px` is meant for.
+
+Source: geometry; a piece of n pixels has up to 4 n + 4 neighbours, and one beside thick parts up to 79 pixels.
+"""
 
 
 @inlined

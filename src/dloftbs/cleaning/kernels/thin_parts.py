@@ -90,7 +90,7 @@ def find_cables(pixels: _Queue, ends: _Queue, rows: int, least: int) -> npt.NDAr
         found[piece] = ends[piece] - start >= least
         large += found[piece]
         start = ends[piece]
-    if large < len(ends):
+    if large < len(ends) and least <= len(pixels):
         found |= find_dashes(pixels, ends, rows, least)
     return found
 

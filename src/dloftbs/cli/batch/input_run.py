@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from dloftbs import sinks
 from dloftbs.cli.batch.input_list import BatchInput
 from dloftbs.cli.batch.settings import BatchSettings
 from dloftbs.cli.batch.status_file import (
@@ -25,9 +24,11 @@ from dloftbs.cli.batch.status_file import (
     status_of,
     write_status,
 )
+from dloftbs.cli.outputs import open_outputs
 from dloftbs.cli.shell import Failure
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.cli.stream_run import StreamRun
+from dloftbs.config import Config
 from dloftbs.errors import DloftbsError, SinkError
 from dloftbs.support.claims import Claim, hidden_beside
 from dloftbs.support.safe_files import sink_errors
@@ -123,7 +124,7 @@ def _run_claimed(
         try:
             run = StreamRun(str(item.path), settings.options, in_turn=True)
             report = run.report
-            _follow(run, made, shown, stop)
+            _follow(run, made, settings.options.config, shown, stop)
         except SinkError:
             raise
         except (DloftbsError, Failure) as wrong:
@@ -139,8 +140,8 @@ def _run_claimed(
     return status
 
 
-def _follow(run: StreamRun, result: Path, shown: Shower, stop: Callable[[], bool]) -> None:
-    with run, sinks.open(result) as sink:
+def _follow(run: StreamRun, result: Path, config: Config, shown: Shower, stop: Callable[[], bool]) -> None:
+    with run, open_outputs([str(result)], config=config) as sink:
         run.follow(lambda frame, found: sink.write(frame, replace(found, stage_ms={})), shown=shown, stop=stop)
     run.check_frames()
 

@@ -12,19 +12,11 @@ import click
 
 from dloftbs.cli.input_options import limit_option
 from dloftbs.cli.limits import FilledPath, file_path
+from dloftbs.cli.output_options import check_png
 from dloftbs.cli.shell import BAD_INPUT, interrupted
 
 if TYPE_CHECKING:
     from dloftbs.data.frame import Frame
-
-_SUFFIX = ".png"
-
-
-def check_png(context: click.Context, parameter: click.Parameter, path: Path) -> Path:
-    """Let only the name of a picture without loss pass."""
-    if path.suffix.lower() != _SUFFIX:
-        raise click.BadParameter(f"must end in {_SUFFIX}, got {str(path)!r}", context, parameter)
-    return path
 
 
 @click.command(short_help="Make a picture of the place without cables from a clip.")

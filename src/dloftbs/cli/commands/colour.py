@@ -10,7 +10,7 @@ import click
 from dloftbs.cli.config_options import roi_option
 from dloftbs.cli.input_options import topic_options
 from dloftbs.cli.limits import MAX_FRAMES, FilledPath, file_path
-from dloftbs.cli.output_options import check_pictures
+from dloftbs.cli.output_options import check_png
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,7 +100,7 @@ def parse_strokes(context: click.Context, parameter: click.Parameter, texts: tup
     "--overlay",
     type=FilledPath(),
     metavar="PNG",
-    callback=check_pictures(video=False),
+    callback=check_png,
     help="Draw the mask over the pictures: cyan is cable.",
 )
 def colour(

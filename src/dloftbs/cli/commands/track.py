@@ -155,6 +155,11 @@ def open_page(
     return feed.publish
 
 
+def _shown_rate(fps: float | None) -> float:
+    """Return the rate of an overlay, which no player has below one frame in a hundred seconds."""
+    return max(fps or 30.0, 0.01)
+
+
 def open_sink(
     outputs: Outputs,
     fps: float | None,
@@ -171,7 +176,7 @@ def open_sink(
     from dloftbs.sinks import RerunViewerSink
 
     # Another pipeline, since what is drawn is drawn in another thread.
-    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0, answers=answers)
+    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=_shown_rate(fps), answers=answers)
     live = [RerunViewerSink()] if rerun else []
     return open_outputs(
         outputs.data, *drawn, *live, with_input=with_input, pose=inputs.pose, answers=answers, config=config

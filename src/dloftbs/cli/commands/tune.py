@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     type=FilledPath(),
     metavar="FILE",
     callback=check_yaml_path,
-    help="YAML file that Save writes, for --config. If it exists, it is read first. Default: the file of --config.",
+    help="YAML file that Save writes, for --config. If it exists, it is read first, and options change it. "
+    "Default: the file of --config.",
 )
 @input_options
 @config_options
@@ -69,7 +70,7 @@ def tune(
 
     target = Path(out) if out is not None else context.params.get("config_file")
     if out is not None and os.path.exists(out):
-        config = Config.from_file(out)  # which replaces no file that is not one
+        config = Config.from_file(out).replace(_stated(config))  # which replaces no file that is not one
     source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs), segmented=True)
     config_file = shlex.quote("cable.yaml" if target is None else str(target))
     verb, overlay = ("detect", "overlay.png") if source.length == 1 else ("track", "overlay.mp4")
@@ -79,3 +80,16 @@ def tune(
     with served(session, page), interrupted() as stop:
         while not stop():
             sleep(LOOK_EVERY_S)
+
+
+def _stated(config: Config) -> dict[str, object]:
+    """Return the settings that are not as usual, by their dotted paths."""
+    from dloftbs.config import Config
+
+    usual = Config().to_dict()
+    return {
+        f"{section}.{name}": value
+        for section, values in config.to_dict().items()
+        for name, value in values.items()
+        if value != usual[section].get(name)
+    }

@@ -106,18 +106,12 @@ def distance_of_one_in(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.
 
 
 @helper
-def count_alike(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.float64], alike: float) -> int:
-    """Return how many of some colours lie within a distance of a colour."""
+def is_like(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.float64], alike: float) -> bool:
+    """Return whether more than one in `AGREE` of some colours lie within a distance, as `distance_of_one_in` would."""
     count = 0
     for k in range(len(colours)):
         count += colour_distance(colour, colours[k]) <= alike
-    return count
-
-
-@helper
-def is_like(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.float64], alike: float) -> bool:
-    """Return whether more than one in `AGREE` of some colours lie within a distance, as `distance_of_one_in` would."""
-    return count_alike(colour, colours, alike) > len(colours) // AGREE
+    return count > len(colours) // AGREE
 
 
 @helper

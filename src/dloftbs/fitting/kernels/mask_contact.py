@@ -25,33 +25,6 @@ def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) -> b
     return False
 
 
-@kernel(read(float64, 2), read(uint8, 2), int64, int64, float64)
-def are_on_mask(
-    points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], left: int, top: int, reach: float
-) -> bool:
-    """Return whether every point lies on the mask, or no farther beside it than `reach`.
-
-    Parameters
-    ----------
-    points : (n, 2) float64
-        In the image, px.
-    mask : (H, W) uint8
-        A part of the image, 0 and 1.
-    left, top : int
-        Column and row of its first pixel in the image.
-    reach : float
-        px, to the edges of the pixels.
-
-    Returns
-    -------
-    bool
-    """
-    for k in range(len(points)):
-        if not _is_near(mask, points[k, 0] - left, points[k, 1] - top, reach):
-            return False
-    return True
-
-
 @kernel(read(float64, 2), read(uint8, 2), float64)
 def stays_on_mask(points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], reach: float) -> bool:
     """Return whether a curve surely lies on the mask, or no farther beside it than `reach`, between its points, too.

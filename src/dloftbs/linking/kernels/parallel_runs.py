@@ -228,11 +228,7 @@ def find_swaps(
                 place = n
             if at == n:
                 at = n + 1
-        first, last = place, place
-        while first > 0 and place - first < most:
-            first -= 1
-        while last < n and last - place < most:
-            last += 1
+        first, last = max(place - most, 0), min(place + most, n)
         stay = 0.0
         cross = 0.0
         for k in range(2):

@@ -13,8 +13,6 @@ from dloftbs.data.mask_crop import MaskCrop, Skeleton
 from dloftbs.kernels import tracing
 from dloftbs.support.arrays import FloatArray
 
-_CHORD_REACH_PX = 4  # of the chord that the width is measured across: beyond the staircase, below any bend
-
 
 @dataclass(frozen=True, eq=False)
 class Walks:
@@ -60,6 +58,6 @@ def make_segments(crop: MaskCrop, runs: list[FloatArray]) -> list[Segment]:
         return []
     offsets = np.cumsum([0, *map(len, runs)])
     oriented = np.concatenate(runs)
-    radius = tracing.measure_radius(crop.oriented(crop.pixels), oriented, offsets, _CHORD_REACH_PX)
+    radius = tracing.measure_radius(crop.oriented(crop.pixels), oriented, offsets)
     points = crop.to_image(oriented)
     return [Segment._unchecked(points[start:stop], radius[start:stop]) for start, stop in pairwise(offsets.tolist())]

@@ -258,15 +258,13 @@ def _fit_end(
     squares, quartics, mean_square = 0.0, 0.0, 0.0
     for k in range(count):
         mean_square += (k - middle) ** 2 / count
-    sum_x, sum_y, lin_x, lin_y, quad_x, quad_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    lin_x, lin_y, quad_x, quad_y = 0.0, 0.0, 0.0, 0.0
     for k in range(count):
         x, y = points[first + step * k, 0], points[first + step * k, 1]
         p = k - middle
         q = p * p - mean_square
         squares += p * p
         quartics += q * q
-        sum_x += x / count
-        sum_y += y / count
         lin_x += p * x
         lin_y += p * y
         quad_x += q * x

@@ -120,9 +120,7 @@ def _mitre_length(states: npt.NDArray[np.float64], a: int, b: int, width: float)
 
 
 @helper
-def _apex(
-    points: npt.NDArray[np.float64], radius: npt.NDArray[np.float64], first: int, last: int, width: float
-) -> tuple[int, float]:
+def _apex(radius: npt.NDArray[np.float64], first: int, last: int, width: float) -> tuple[int, float]:
     """Return the last point of a branch in this order at which the mask is as wide as a cable, and the mean width."""
     step = 1 if last >= first else -1
     apex, total = first, 0.0
@@ -255,7 +253,7 @@ def find_corners(
         first, last = offsets[stub], offsets[stub + 1] - 1
         if not is_start(root):
             first, last = last, first
-        apex, mean = _apex(points, radius, first, last, width)
+        apex, mean = _apex(radius, first, last, width)
         hx, hy = points[last, 0] - centres[node, 0], points[last, 1] - centres[node, 1]
         length = max(np.sqrt(hx * hx + hy * hy), 1e-9)
         mx, my = states[a, TANGENT_X] + states[b, TANGENT_X], states[a, TANGENT_Y] + states[b, TANGENT_Y]
@@ -279,7 +277,6 @@ def find_corners(
             and beyond <= _BEYOND_WIDTHS * side
             and _is_fold(mask, centres[node], points[apex], side)
         ):
-            if alive[stub]:
-                alive[stub], spurs[stub] = False, True
+            alive[stub], spurs[stub] = False, True
             corners[a] = corners[b] = apex
     return corners

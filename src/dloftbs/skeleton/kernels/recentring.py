@@ -13,6 +13,7 @@ from numba import float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
 from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
+from dloftbs.kernels.shared.few import insert
 from dloftbs.kernels.shared.polyline import chord_direction
 from dloftbs.kernels.shared.ramp import ramp_down
 
@@ -117,11 +118,7 @@ def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], 
         widest = 2.0 * least[half - 1]
         left = _march(mask, x, y, -dy, dx, min(most, widest + 1.0))
         right = _march(mask, x, y, dy, -dx, min(most, widest - left + 1.0))
-        place = half
-        while place > 0 and least[place - 1] > 0.5 * (left + right):
-            least[place] = least[place - 1]
-            place -= 1
-        least[place] = 0.5 * (left + right)
+        insert(0.5 * (left + right), least, half)
     return 0.5 * (least[(count - 1) // 2] + least[count // 2])
 
 

@@ -1,16 +1,16 @@
-"""Puts a run into the documentation: ``python -m dloftbs_lab.evaluation.report.docs_page RESULTS DOCS [PHOTOGRAPHS]``.
+"""Puts a run into the documentation: ``python -m dloftbs_lab.evaluation.report.docs_page RESULTS DOCS``.
 
-RESULTS and PHOTOGRAPHS are folders that ``dloftbs evaluate`` wrote, of the generated suites and of photographs. The
-page ``DOCS/results.md`` and README get what they say of the figures, ``DOCS/results/`` a page for each suite and
-``summary.json``, and ``DOCS/images/results/`` the pictures, small ones. Photographs belong to others: their page has
-figures alone, and without PHOTOGRAPHS it stays as it is.
+RESULTS is the folder that ``dloftbs evaluate`` wrote of the generated suites, and two options name others: of the
+default with one cable known, and of photographs. The page ``DOCS/results.md`` and README get what they say of the
+figures, ``DOCS/results/`` a page for each suite and ``summary.json``, and ``DOCS/images/results/`` the pictures, small
+ones. Photographs belong to others: their page has figures alone, and without their run it stays as it is.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +46,7 @@ _SHRINK = 0.85
 _JPEG_QUALITY = 75
 
 
-def assemble(results: Path, docs: Path, photographs: Path | None = None) -> None:
+def assemble(results: Path, docs: Path, one_cable: Path | None = None, photographs: Path | None = None) -> None:
     """Put a run into the documentation.
 
     Parameters
@@ -55,6 +55,8 @@ def assemble(results: Path, docs: Path, photographs: Path | None = None) -> None
         The folder of the run.
     docs : Path
         The folder of the documents; README lies beside it.
+    one_cable : Path, optional
+        The folder of a run of the default that knows that there is one cable; README then has its figures beside.
     photographs : Path, optional
         The folder of a run on photographs; without it what is said of these stays.
 
@@ -66,6 +68,8 @@ def assemble(results: Path, docs: Path, photographs: Path | None = None) -> None
         If a file cannot be written.
     """
     summary = _summary(results)
+    if one_cable is not None:
+        summary["one_cable"] = {"suites": _summary(one_cable)["suites"]}
     before = docs / FOLDER / SUMMARY
     if photographs is not None:
         of_photographs = _summary(photographs)
@@ -164,5 +168,15 @@ def _read(path: Path) -> str:
         raise SourceError(f"cannot make the pages of the results: {error}") from error
 
 
+def main() -> None:
+    """Put the runs that the command line names into the documentation."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("results", type=Path)
+    parser.add_argument("docs", type=Path)
+    parser.add_argument("--one-cable", type=Path)
+    parser.add_argument("--photographs", type=Path)
+    assemble(**vars(parser.parse_args()))
+
+
 if __name__ == "__main__":
-    assemble(*map(Path, sys.argv[1:]))
+    main()

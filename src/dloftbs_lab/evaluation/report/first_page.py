@@ -8,7 +8,7 @@ from typing import Any
 from dloftbs_lab.evaluation.report.summary import DAGGER, Summary, marked
 from dloftbs_lab.evaluation.report.table import Cell, Estimate, Table, shown
 
-OURS, PUBLISHED = "default", "paper"
+OURS, PUBLISHED, BASELINE = "default", "paper", "cpd"
 _MAX_LOSSES = 3
 _IN_README = {
     "rgb": "one cable held by two grippers",
@@ -33,17 +33,24 @@ def readme_line(summary: Summary) -> str:
     suites = summary["suites"]
     frames, scenes = (sum(suite[what] for suite in suites.values()) for what in ("frames", "scenes"))
     mark = f" ({summary['mark']})" if summary["mark"] else ""
-    known = suites | summary.get("photographs", {}).get("suites", {})
+    photographs, one_cable = (summary.get(what, {}).get("suites", {}) for what in ("photographs", "one_cable"))
+    known = suites | photographs
+    columns = {
+        "default": (OURS, known),
+        "default, `--objects 1`": (OURS, one_cable),
+        "published method": (PUBLISHED, known),
+        "CPD": (BASELINE, known),
+    }
     rows = [
-        (what, *(shown(_estimate(known[name]["methods"].get(of, {}).get("clean_percent"))) for of in (OURS, PUBLISHED)))
+        (what, *(shown(_estimate(_right(of, name, method))) for method, of in columns.values()))
         for name, what in _IN_README.items()
         if name in known
     ]
-    columns = ("right frames, %", "default", "published method")
-    table = Table("readme", "", columns, tuple(rows)).markdown().partition("\n\n")[2]
+    table = Table("readme", "", ("right frames, %", *columns), tuple(rows)).markdown().partition("\n\n")[2]
     return (
         f"{table}\n[Results](docs/results.md){mark}: {frames:,} frames of {scenes:,} generated scenes, with 95 % "
-        "intervals. The published method knows\nwhere there is only one cable; the default does not.\n"
+        'intervals; "-" was not run. The published method knows\nwhere there is only one cable. CPD, a baseline of '
+        "CDCPD2's family, gets the first frame's curve.\n"
     )
 
 
@@ -129,14 +136,19 @@ def _sentences(summary: Summary) -> Iterator[str]:
     )
 
 
+def _right(suites: Summary, name: str, method: str) -> float | Sequence[float] | None:
+    """Return the share of right frames of a method in a suite, None where it was not run."""
+    share: float | Sequence[float] | None = suites.get(name, {}).get("methods", {}).get(method, {}).get("clean_percent")
+    return share
+
+
 def _clean(suites: Summary, name: str, method: str) -> float:
-    return float(_value(suites[name]["methods"].get(method, {}).get("clean_percent", 0.0)))
+    return float(_value(_right(suites, name, method) or 0.0))
 
 
 def _percent(summary: Summary, name: str, method: str) -> str:
     """Return a share of right frames with its interval."""
-    figures = summary["suites"].get(name, {}).get("methods", {}).get(method, {})
-    return f"{shown(_estimate(figures.get('clean_percent')))} %"
+    return f"{shown(_estimate(_right(summary['suites'], name, method)))} %"
 
 
 def _value(figure: float | Sequence[float]) -> float:

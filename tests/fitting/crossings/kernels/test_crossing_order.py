@@ -137,5 +137,12 @@ def test_a_hole_that_leaves_a_part_does_not_matter(hole: tuple[slice, ...]) -> N
     assert depth_verdict(values[None], np.array([9.0]), 0.0)[0] == pytest.approx(0.01 / (1e-4 * 0.99**2))
 
 
+def test_rows_whose_noise_nothing_shows_tell_nothing() -> None:
+    """Noise is measured by three rows in a line; here every third one is missing."""
+    values = np.where(np.arange(PLACES) < CELLS + 2 * ALONG * ACROSS, 0.99, 1.0)
+    values[CELLS:].reshape(2, 2, ALONG, ACROSS)[:, :, 2::3] = np.nan
+    assert depth_verdict(values[None], np.array([9.0]), 0.0)[0] == 0.0
+
+
 def test_a_picture_of_one_colour_tells_nothing() -> None:
     assert image_verdict(np.full((1, PLACES, 3), 80.0))[0] == 0.0

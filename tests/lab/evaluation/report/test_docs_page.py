@@ -83,9 +83,24 @@ def test_the_first_page_is_made_of_the_figures_in_short_alone(run, docs):
     assert summary["suites"]["rgb"]["methods"]["paper"]["missing"] == 6
 
 
+def test_readme_has_the_default_that_knows_of_one_cable_beside_the_published_method(run, docs, tmp_path):
+    one_cable = written(tmp_path / "one", suite(Bars("0 one"), name="rgb"))
+    docs_page.assemble(run, docs)
+    assert readme_row(docs)[1] == "-"
+    docs_page.assemble(run, docs, one_cable=one_cable)
+    assert readme_row(docs)[1].startswith("100")
+    assert "one_cable" not in (docs / "results.md").read_text()
+
+
+def readme_row(docs):
+    """Return the shares of right frames of README's first suite, as they are written: default, one cable, published."""
+    (line,) = [line for line in block_of(docs.parent / "README.md").splitlines() if "two grippers" in line]
+    return [cell.strip() for cell in line.strip("|").split("|")][1:]
+
+
 def test_photographs_have_figures_and_no_pictures_and_stay_until_they_are_scored_again(run, docs, tmp_path):
     photographs = written(tmp_path / "photographs", suite(Bars("cables", fps=None), name="cables"))
-    docs_page.assemble(run, docs, photographs)
+    docs_page.assemble(run, docs, photographs=photographs)
     page = (docs / "results" / "photographs.md").read_text()
     assert "### cables" in page
     assert "![" not in page

@@ -319,7 +319,7 @@ def judge_depth(
             share = 1.0 / min(max(pixels[k], 1.0), float(max(known, 1)))
             variance += share * (np.pi / 4.0) * _roughness(sides, low, high) ** 2
         miss = np.abs(predicted - measured)
-        if not np.isnan(miss[0] + miss[1]):
+        if not np.isnan(miss[0] + miss[1] + variance):
             result[k] = (miss[1] - miss[0]) / max(np.sqrt(variance), _MIN_NOISE * measured * measured)
     return result
 
