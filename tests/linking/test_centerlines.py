@@ -26,7 +26,7 @@ LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
 
 
 def lines_of(mask: np.ndarray) -> list[Centerline]:
-    return assemble(*linked(mask), 1.5)
+    return assemble(*linked(mask), 1.5, {})
 
 
 def steps(line: Centerline) -> np.ndarray:
@@ -65,7 +65,7 @@ def test_a_loop_of_a_few_points_is_none() -> None:
     for one, other in ((0, 2), (1, 3)):
         matching.partner[one], matching.partner[other] = other, one
     assert [is_loop for _, is_loop in matching.chains()] == [True]
-    assert assemble(crop, graph, matching, 0.0) == []
+    assert assemble(crop, graph, matching, 0.0, {}) == []
 
 
 def test_the_next_best_choice_is_told_as_places() -> None:
@@ -141,7 +141,7 @@ def test_every_centre_line_fits_together(mask: np.ndarray) -> None:
     matching = match_ends(crop, graph, 25.0)
     separate_parallel_runs(graph, matching)
     open_loops(graph, matching)
-    for line in assemble(crop, graph, matching, 1.5):
+    for line in assemble(crop, graph, matching, 1.5, {}):
         assert len(line.joints) == len(line.segments) - 1
         assert len(line.points) == len(line.radius) == len(line.u)
         assert len(line.points) >= 2
