@@ -96,6 +96,7 @@ def test_options_change_what_a_file_that_is_there_says(folder, tmp_path):
     process = start("tune", folder, "--out", target, *options, "--port", 0, "--no-browser")
     client, _ = opened(process)
     try:
+        client.send(type="draw", frame=0, points=[[30, 40], [170, 40]], cable=True, radius_px=2, done=True)
         client.send(type="save")
         client.text("saved")
     finally:

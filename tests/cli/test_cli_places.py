@@ -142,7 +142,7 @@ def test_a_file_that_standard_output_goes_to_is_no_input_and_no_other_output(pla
         ("track fr*/*.png --overlay frames", {"frames/0.overlay.png", "frames/1.overlay.png"}),
         ("detect frames/0.png --overlay .", {"0.overlay.png"}),
         ("detect photo.png --masks mask.png --overlay .", {"photo.overlay.png"}),
-        ("track a.npz --limit 1 --overlay .", {"a.overlay.png"}),
+        ("track a.npz --limit 1 --overlay .", {"a_000000.overlay.png"}),
         ("track a.npz --limit 1 --overlay first.png", {"first.png"}),
         ("detect frames --overlay pictures", {"pictures/0.png", "pictures/1.png"}),
         ("detect mask.png --overlay new/out.PNG", {"new/out.PNG"}),
