@@ -101,6 +101,14 @@ def test_a_curve_behind_the_camera_has_its_own_parameters(tmp_path):
     assert [row["u_3d"] for row in table(tmp_path / "a.csv")] == ["0.000000", "0.500000", "1.000000"]
 
 
+def test_a_tilde_is_the_home_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    with CsvSink("~/new/a.csv", samples=2) as sink:
+        sink.write(examples.frame(), examples.detected())
+    assert len(table(tmp_path / "new" / "a.csv")) == 4
+
+
 def test_whole_after_every_frame(tmp_path):
     with CsvSink(tmp_path / "a.csv", samples=5) as sink:
         columns = "frame,stamp,object,state,i,u,x_px,y_px,inferred,u_3d,x_m,y_m,z_m,inferred_3d,"
