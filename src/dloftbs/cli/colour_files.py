@@ -43,11 +43,9 @@ def check_places(where: Sequence[str], config_file: Path | None, out: str | None
     SinkError
         If there are settings in the place of --out that this command did not write.
     """
-    inputs = {identity_of(text): text for text in (*where, *([] if config_file is None else [str(config_file)]))}
-    outputs = {"--out": out, "--overlay": overlay}
-    frames = InputFiles(where, {})
-    for option, path in outputs.items():
-        if path is not None and (replaced := inputs.get(identity_of(path)) or frames.name_of(identity_of(path))):
+    inputs = InputFiles(where, {"config_file": config_file})
+    for option, path in {"--out": out, "--overlay": overlay}.items():
+        if path is not None and (replaced := inputs.name_of(identity_of(path))):
             raise click.UsageError(f"{option} {path} would replace the input {replaced}; choose another name")
     if out is not None and overlay is not None and identity_of(out) == identity_of(overlay):
         raise click.UsageError(f"--out {out} and --overlay {overlay} are the same place; choose two")

@@ -27,6 +27,8 @@ Draw = Callable[[Frame, FrameResult], npt.NDArray[np.uint8]]
 """Frame and result to a picture (H, W, 3), BGR."""
 
 VIDEO_SUFFIXES = (".mp4", ".mov")
+MIN_FPS, MAX_FPS = 0.01, 1000.0
+"""Rates that a video may have, 1/s."""
 MAX_STEM_BYTES = 200
 """Of a picture's name; file systems take 255 bytes, some of which go to its number, its suffix and a temporary name."""
 _UNSAFE = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
@@ -70,8 +72,8 @@ class OverlayVideoSink(PathSink):
         self._suffix = self._path.suffix.lower()
         if self._suffix not in VIDEO_SUFFIXES:
             raise InputError(f"a video's name must end in {', '.join(VIDEO_SUFFIXES)}, got {str(path)!r}")
-        if not isinstance(fps, (int, float)) or not math.isfinite(fps) or not 0.01 <= fps <= 1000.0:
-            raise InputError(f"fps must be a number in 0.01..1000, got {fps!r}")
+        if not isinstance(fps, (int, float)) or not math.isfinite(fps) or not MIN_FPS <= fps <= MAX_FPS:
+            raise InputError(f"fps must be a number in {MIN_FPS:g}..{MAX_FPS:g}, got {fps!r}")
         self._rate = Fraction(fps).limit_denominator(1001)
         self._draw = draw
         self._video: H264Mp4 | None = None
@@ -145,9 +147,9 @@ class OverlayImagesSink(PathSink):
     """Writes one picture per frame, with the results drawn on it.
 
     A picture is named as its frame, without folder and suffix, in at most 200 bytes that every file system takes: as
-    ``cable_000012`` for ``cable.mp4#12``, or by the frame's index in six digits where it has no name. What comes a
-    second time under the same name gets ``_1`` and so on. Pictures of an earlier run are replaced. Each appears as a
-    whole or not at all, whenever the process dies. The names used stay in memory.
+    ``cable_000012`` for ``cable.mp4#12``, or by the frame's index in six digits where it has no name; so none ever
+    leaves the folder. What comes a second time under the same name gets ``_1`` and so on. Pictures of an earlier run
+    are replaced. Each appears as a whole or not at all, whenever the process dies. The names used stay in memory.
 
     Parameters
     ----------

@@ -155,11 +155,6 @@ def open_page(
     return feed.publish
 
 
-def _shown_rate(fps: float | None) -> float:
-    """Return the rate of an overlay, which no player has below one frame in a hundred seconds."""
-    return max(fps or 30.0, 0.01)
-
-
 def open_sink(
     outputs: Outputs,
     fps: float | None,
@@ -174,9 +169,10 @@ def open_sink(
     from dloftbs.cli.outputs import open_all_pictures, open_outputs
     from dloftbs.pipeline import Pipeline
     from dloftbs.sinks import RerunViewerSink
+    from dloftbs.sinks.overlay_pictures import MIN_FPS
 
     # Another pipeline, since what is drawn is drawn in another thread.
-    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=_shown_rate(fps), answers=answers)
+    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=max(fps or 30.0, MIN_FPS), answers=answers)
     live = [RerunViewerSink()] if rerun else []
     return open_outputs(
         outputs.data, *drawn, *live, with_input=with_input, pose=inputs.pose, answers=answers, config=config
