@@ -199,6 +199,17 @@ def test_a_foreign_configuration_is_found_before_older_results_are_replaced(plac
     assert (place / "curves.csv").read_text() == "older"
 
 
+@pytest.mark.parametrize("command, drawn", [("detect", "drawn/"), ("track", "a.mp4")])
+def test_a_run_that_fails_before_its_first_frame_leaves_older_results(place, command, drawn):
+    (place / "broken").mkdir()
+    (place / "broken" / "0.png").write_bytes(b"no picture")
+    outputs = [part for name in ("a.jsonl", "a.npz", "a.csv", "a.json") for part in ("--out", name)]
+    run(command, "frames", *outputs, "--overlay", drawn)
+    before = contents(place)
+    run(command, "broken", *outputs, "--overlay", drawn, "--set", "fitting.knots=9", code=1)
+    assert contents(place) == before
+
+
 def test_the_root_of_all_folders_is_no_place_for_a_configuration(tmp_path):
     with pytest.raises(SinkError, match="root of all folders"):
         config_beside((tmp_path.anchor,), Config())

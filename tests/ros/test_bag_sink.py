@@ -147,6 +147,23 @@ def test_a_disk_that_is_full_costs_the_frame_at_hand(tmp_path, tracked, monkeypa
     assert len(list(Recording(tmp_path / "curves.mcap").messages({"/dloftbs/points"}))) == 1
 
 
+@pytest.mark.parametrize("name", ["curves.mcap", "curves"])
+def test_an_older_recording_is_replaced_with_the_first_frame_and_not_before(name, tmp_path, tracked):
+    def contents():
+        return {path.name: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+
+    write(tmp_path / name, tracked)
+    older = contents()
+    write(tmp_path / name, [])
+    assert contents() == older
+    sink = BagSink(tmp_path / name)
+    sink.write(*tracked[0])
+    assert "metadata.yaml" not in contents()
+    sink.close()
+    assert contents().keys() == older.keys()
+    assert [at for at, _ in read_all(tmp_path / name)["points"]] == [bags.stamp_of(0)]
+
+
 def test_a_name_opens_it(tmp_path):
     with sinks.open(tmp_path / "a.mcap") as sink:
         assert isinstance(sink, BagSink)

@@ -61,6 +61,26 @@ def test_a_picture_that_got_no_frame_leaves_what_was_there(tmp_path):
     assert (tmp_path / "a.png").read_text() == "precious"
 
 
+@pytest.mark.parametrize("name", FILES)
+def test_an_older_file_is_replaced_with_the_first_frame_and_not_before(tmp_path, name):
+    with examples.open_sink(f"{tmp_path / name}") as sink:
+        sink.write(examples.frame(), examples.detected(5, in_space=True))
+    older = (tmp_path / name).read_bytes()
+    examples.open_sink(f"{tmp_path / name}").close()
+    assert (tmp_path / name).read_bytes() == older
+    with pytest.raises(ZeroDivisionError), examples.open_sink(f"{tmp_path / name}"):
+        raise ZeroDivisionError
+    assert (tmp_path / name).read_bytes() == older
+    for _ in range(2):
+        with examples.open_sink(f"{tmp_path / name}") as sink:
+            sink.write(examples.frame(30), examples.detected(7, count=1, in_space=True))
+        assert (tmp_path / name).read_bytes() != older
+    (tmp_path / name).rename(tmp_path / "again")
+    with examples.open_sink(f"{tmp_path / name}") as sink:
+        sink.write(examples.frame(30), examples.detected(7, count=1, in_space=True))
+    assert (tmp_path / name).read_bytes() == (tmp_path / "again").read_bytes()
+
+
 @pytest.mark.parametrize("kind", [sinks.kind_of(name) for name in (*FILES, "a.png", "folder", "a.labelme")])
 def test_an_empty_path_is_not_the_current_folder(tmp_path, monkeypatch, kind):
     monkeypatch.chdir(tmp_path)

@@ -43,6 +43,23 @@ class StandardOutput(Sink):
         """Every line is out already."""
 
 
+class _ConfigSink(Sink):
+    """Writes the configuration with the first frame, as the results: what lies there belongs to older ones."""
+
+    def __init__(self, target: Path, config: Config) -> None:
+        self._target: Path | None = target
+        self._config = config
+
+    def write(self, frame: Frame, result: FrameResult) -> None:
+        """Write the configuration, once."""
+        if self._target is not None:
+            write_config(self._target, self._config)
+            self._target = None
+
+    def close(self) -> None:
+        """There is nothing to close."""
+
+
 def open_outputs(
     paths: Sequence[str],
     *more: Sink,
@@ -50,11 +67,13 @@ def open_outputs(
     pose: FloatArray | None = None,
     answers: Answers = NO_ANSWERS,
     config: Config | None = None,
+    config_file: Path | None = None,
 ) -> MultiSink:
     """Open a sink for each path, ``"-"`` being standard output, and gather them with those that are open already.
 
     Recordings of ROS hold the input, too, where `with_input` says so. Scenes for simulators are in the world in which
-    the camera has a `pose`. Tables have columns for branches where objects branch by the `config`.
+    the camera has a `pose`. Tables have columns for branches where objects branch by the `config`, which is written to
+    `config_file`, as `config_beside` gave it, with the first frame.
 
     Raises
     ------
@@ -66,6 +85,8 @@ def open_outputs(
         opened = [stack.enter_context(sink) for sink in more]
         for path in paths:
             opened.append(stack.enter_context(_open_data(path, with_input, pose, answers, branched)))
+        if config is not None and config_file is not None:
+            opened.append(_ConfigSink(config_file, config))
         together = MultiSink(opened)
         stack.pop_all()
     return together
@@ -170,7 +191,7 @@ def config_beside(paths: Sequence[str | None], config: Config) -> Path | None:
     return target
 
 
-def write_config(target: Path | None, config: Config) -> None:
+def write_config(target: Path, config: Config) -> None:
     """Write the configuration to the file that `config_beside` gave.
 
     Raises
@@ -178,8 +199,6 @@ def write_config(target: Path | None, config: Config) -> None:
     SinkError
         If it cannot be written.
     """
-    if target is None:
-        return
     results = readable(target.name.removesuffix(".config.yaml"))
     write_whole(target, f"{_SIGNATURE} {__version__} for {results}\n{config.to_yaml()}".encode())
 

@@ -53,7 +53,7 @@ class BagSink(PathSink):
     Parameters
     ----------
     path : str or Path
-        A file that ends in ``.mcap``, or a folder. Missing folders are made, an older recording is replaced.
+        A file that ends in ``.mcap``, or a folder. Missing folders are made, an older recording is replaced with the first frame.
     overlay : bool
         Whether the overlay is drawn.
     with_input : bool
@@ -86,19 +86,12 @@ class BagSink(PathSink):
         self._span_ns: tuple[int, int] | None = None
         self._is_cut = False
         self._folder = None if self._path.suffix.lower() == SUFFIX else self._path
-        writer = needed("mcap.writer", PIP_LINE, SinkError)
-        self._file = AppendFile(self._path if self._folder is None else self._folder / f"{self._folder.name}_0{SUFFIX}")
-        try:
-            if self._folder is not None:
-                with sink_errors(self._folder), suppress(FileNotFoundError):
-                    (self._folder / METADATA).unlink()
-            self._buffer = _Buffer()
-            self._writer: Any = writer.Writer(self._buffer)
-            self._writer.start("ros2", "dloftbs")
-            self._flush()
-        except BaseException:
-            self._file.close()
-            raise
+        self._buffer = _Buffer()
+        self._writer: Any = needed("mcap.writer", PIP_LINE, SinkError).Writer(self._buffer)
+        self._writer.start("ros2", "dloftbs")
+        self._writer.flush()
+        place = self._path if self._folder is None else self._folder / f"{self._folder.name}_0{SUFFIX}"
+        self._file = AppendFile(place, self._buffer.taken())
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         make, header = self._make, header_of(frame, self._frame_id)
@@ -123,6 +116,9 @@ class BagSink(PathSink):
                 messages |= self._input(frame, metres)
             for raw in recorded or ():
                 self._copy(raw)
+        if self._folder is not None and self._span_ns is None:  # an older recording's, which is about to go
+            with sink_errors(self._folder), suppress(FileNotFoundError):
+                (self._folder / METADATA).unlink()
         for name, message in messages.items():
             self._put(f"{OWN_TOPICS}{name}", header.stamp_ns, message)
         self._flush()
@@ -188,6 +184,9 @@ class BagSink(PathSink):
             raise
 
     def _close(self) -> None:
+        if self._file.keeps_older:
+            self._file.close()
+            return
         try:
             if not self._is_cut:  # an index of what is not there would be wrong
                 self._writer.finish()

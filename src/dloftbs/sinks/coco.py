@@ -39,7 +39,7 @@ class CocoSink(PathSink):
     Parameters
     ----------
     path : str or Path
-        The file; missing folders are made, an older file is replaced.
+        The file; missing folders are made, an older file is replaced, unless no frame came.
 
     Raises
     ------
@@ -68,7 +68,8 @@ class CocoSink(PathSink):
         categories = [{"id": 1, "name": CATEGORY}]
         content = {"images": self._images, "annotations": self._annotations, "categories": categories}
         with self._claim, sink_errors(self._path):
-            write_whole(self._path, encode(content))
+            if not self._keeps_older:
+                write_whole(self._path, encode(content))
 
 
 def _labels_of(seen: SeenObject, size: tuple[int, int]) -> list[dict[str, Any]]:

@@ -29,7 +29,7 @@ class JsonLinesSink(PathSink):
     Parameters
     ----------
     path : str or Path
-        The file; missing folders are made, an older file is replaced.
+        The file; missing folders are made, an older file is replaced with the first frame.
     answers : sequence of str
         Answers that each line has besides: ``"topology"``, ``"shape"``, ``"std"``; see `data.answers.with_answers`.
 

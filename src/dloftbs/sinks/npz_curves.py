@@ -89,7 +89,7 @@ class NpzSink(PathSink):
     Parameters
     ----------
     path : str or Path
-        The file; missing folders are made, an older file is replaced.
+        The file; missing folders are made, an older file is replaced, unless no frame came.
 
     Raises
     ------
@@ -118,7 +118,12 @@ class NpzSink(PathSink):
         self._is_branched |= bool(result.harnesses)
 
     def _close(self) -> None:
-        with self._claim, sink_errors(self._path), replacing(self._path) as temporary, temporary.open("wb") as file:
+        with self._claim, sink_errors(self._path):
+            if not self._keeps_older:
+                self._write_all()
+
+    def _write_all(self) -> None:
+        with replacing(self._path) as temporary, temporary.open("wb") as file:
             more = _branch_arrays(self._harness_of, self._branch_points) if self._is_branched else {}
             np.savez(file, **_arrays(self._rows), **more)
 

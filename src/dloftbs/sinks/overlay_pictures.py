@@ -53,7 +53,8 @@ class OverlayVideoSink(PathSink):
     Parameters
     ----------
     path : str or Path
-        The file, ``.mp4`` or ``.mov``; missing folders are made, an older file is replaced.
+        The file, ``.mp4`` or ``.mov``; missing folders are made, an older file is replaced with the first
+        frame.
     fps : float
         Frames per second of the video, 0.01 to 1000.
     draw : callable, optional

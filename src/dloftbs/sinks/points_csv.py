@@ -70,7 +70,7 @@ class CsvSink(PathSink):
     Parameters
     ----------
     path : str or Path
-        The file; missing folders are made, an older file is replaced.
+        The file; missing folders are made, an older file is replaced with the first frame.
     samples : int
         Points per object, at least 2.
     bends : bool
@@ -93,13 +93,8 @@ class CsvSink(PathSink):
         self._u = _even(samples)
         self._bends = check_flag("bends", bends)
         self._branches = check_flag("branches", branches)
-        self._file = AppendFile(self._path)
         more = (*(_OF_BENDS if bends else ()), *(_OF_BRANCHES if branches else ()))
-        try:
-            self._file.append(",".join((HEADER.rstrip("\n"), *more)).encode() + b"\n")
-        except BaseException:
-            self._file.close()
-            raise
+        self._file = AppendFile(self._path, ",".join((HEADER.rstrip("\n"), *more)).encode() + b"\n")
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         stamp = "" if result.stamp is None else repr(float(result.stamp))

@@ -33,7 +33,7 @@ class RerunSink(PathSink):
     Parameters
     ----------
     path : str or Path
-        The file, ``.rrd``; missing folders are made, an older file is replaced.
+        The file, ``.rrd``; missing folders are made, an older file is replaced, unless no frame came.
 
     Raises
     ------
@@ -47,14 +47,22 @@ class RerunSink(PathSink):
         super().__init__(path)
         self._log = _Log()
         self._claim = claim_replaceable(self._path)
-        self._log.recording.save(str(self._path))
+        self._saved = False
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
+        self._save()
         self._log.write(frame, result)
 
     def _close(self) -> None:
         with self._claim:
+            if not self._keeps_older:
+                self._save()
             self._log.close()
+
+    def _save(self) -> None:
+        if not self._saved:  # Rerun opens the file at once, and an older one would be lost before a frame came
+            self._saved = True
+            self._log.recording.save(str(self._path))
 
 
 class RerunViewerSink(Sink):

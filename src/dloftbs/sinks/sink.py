@@ -92,6 +92,7 @@ class PathSink(Sink):
         if isinstance(path, str) and not path:
             raise InputError("the path of a result is empty; the current folder is '.'")
         self._closed = False
+        self._began = False
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({shown(str(self._path))})"
@@ -111,6 +112,7 @@ class PathSink(Sink):
         """
         if self._closed:
             raise SinkError(f"cannot write to {str(self._path)!r}: the sink is closed")
+        self._began = True
         self._write(frame, result)
 
     def close(self) -> None:
@@ -124,6 +126,11 @@ class PathSink(Sink):
         if not self._closed:
             self._closed = True
             self._close()
+
+    @property
+    def _keeps_older(self) -> bool:
+        """Whether no frame came, and an older file, which would be lost for nothing, stays."""
+        return not self._began and self._path.exists()
 
     @abstractmethod
     def _write(self, frame: Frame, result: FrameResult) -> None: ...

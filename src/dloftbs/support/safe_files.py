@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from dloftbs.errors import SinkError
@@ -80,7 +80,13 @@ class AppendFile:
     """A new file that grows by whole pieces, each handed to the system before `append` returns.
 
     Unbuffered, so that a killed process loses nothing and closing cannot fail for want of space. Nobody else writes
-    the file as long as it is open.
+    the file as long as it is open. An older file of the name is replaced by the first piece, and not before.
+
+    Parameters
+    ----------
+    path : Path
+    head : bytes
+        What the file begins with, also where no piece follows.
 
     Raises
     ------
@@ -88,31 +94,44 @@ class AppendFile:
         If the file cannot be opened, or somebody else writes it; an older file of the name is then left as it was.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, head: bytes = b"") -> None:
         self.path = path
         self._size = 0
-        self._claim = claim_file(path)
-        try:
+        self._head = head
+        with ExitStack() as undo:
+            self._claim = claim_file(path)
+            undo.callback(self._claim.release)
             with sink_errors(path):
-                self._file = path.open("wb", buffering=0)
-        except BaseException:
-            self._claim.release()
-            raise
+                self._keeps_older = os.path.isfile(path)
+                self._file = undo.enter_context(path.open("r+b" if self._keeps_older else "wb", buffering=0))
+            if not self._keeps_older:
+                self.append(b"")
+            undo.pop_all()
+
+    @property
+    def keeps_older(self) -> bool:
+        """Whether the file is still an older one, since no piece came."""
+        return self._keeps_older
 
     @property
     def size(self) -> int:
-        """Bytes in the whole pieces appended so far."""
+        """Bytes in the whole pieces appended so far, the head included."""
         return self._size
 
     def append(self, data: bytes) -> None:
         """Add a piece at the end, or nothing of it where that fails."""
+        data = self._head + data
         with sink_errors(self.path):
             try:
+                if self._keeps_older:
+                    self._cut(0)
+                    self._keeps_older = False
                 self._write_all(data)
             except BaseException:
                 with suppress(OSError):  # the first error says more
                     self._cut(self._size)
                 raise
+        self._head = b""
         self._size += len(data)
 
     def _write_all(self, data: bytes) -> None:
@@ -139,10 +158,10 @@ class AppendFile:
             self._claim.release()
 
     def discard(self) -> None:
-        """Remove the file and close it."""
+        """Remove the file, unless it is an older one, and close it."""
         with sink_errors(self.path):
             self._file.close()
-            if not is_special(self.path):
+            if not self._keeps_older and not is_special(self.path):
                 self.path.unlink(missing_ok=True)
         self._claim.release()
 

@@ -75,7 +75,7 @@ def detect(
     """
     _check_usage(where, inputs)
     from dloftbs.cli.frames import without_partners
-    from dloftbs.cli.outputs import open_all_pictures, open_outputs, write_config
+    from dloftbs.cli.outputs import open_all_pictures, open_outputs
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
     from dloftbs.cli.stream_report import RunReport
@@ -102,10 +102,10 @@ def detect(
             *open_all_pictures(outputs.pictures, own.pipeline, answers=answers),
             answers=answers,
             config=config,
+            config_file=outputs.config_file,
         ) as sink,
         open_progress(shares_terminal=prints_to_terminal(outs)) as progress,
     ):
-        write_config(outputs.config_file, config)
         with closing(in_order(lambda frame: (frame, own.pipeline.detect(frame)), read, jobs)) as found:
             for frame, result in found:
                 answers.warn(result)

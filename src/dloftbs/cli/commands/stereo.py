@@ -109,7 +109,7 @@ def stereo(
     --rig right.yaml --rectified --hsv red --out curves.ply
     """
     from dloftbs.cli.followed_stream import StreamOptions
-    from dloftbs.cli.outputs import is_recording, write_config
+    from dloftbs.cli.outputs import is_recording
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
     from dloftbs.cli.stereo_run import StereoRun
@@ -146,7 +146,6 @@ def stereo(
         with ExitStack() as stack:
             stack.enter_context(run)
             sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs, answers))
-            write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
             show = open_page(stack, run.source, config, page, stop) if view else None

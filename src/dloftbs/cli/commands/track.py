@@ -96,7 +96,7 @@ def track(
     """
     from dloftbs.cli.followed_stream import StreamOptions
     from dloftbs.cli.frames import in_natural_order
-    from dloftbs.cli.outputs import is_recording, write_config
+    from dloftbs.cli.outputs import is_recording
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
     from dloftbs.cli.stream_run import StreamRun
@@ -119,7 +119,6 @@ def track(
         with ExitStack() as stack:
             stack.enter_context(run)
             sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs, answers, rerun=rerun))
-            write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
             show = open_page(stack, run.source, config, page, stop) if view else None
@@ -175,5 +174,12 @@ def open_sink(
     drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=max(fps or 30.0, MIN_FPS), answers=answers)
     live = [RerunViewerSink()] if rerun else []
     return open_outputs(
-        outputs.data, *drawn, *live, with_input=with_input, pose=inputs.pose, answers=answers, config=config
+        outputs.data,
+        *drawn,
+        *live,
+        with_input=with_input,
+        pose=inputs.pose,
+        answers=answers,
+        config=config,
+        config_file=outputs.config_file,
     )
