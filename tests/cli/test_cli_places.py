@@ -199,7 +199,7 @@ def test_a_foreign_configuration_is_found_before_older_results_are_replaced(plac
     assert (place / "curves.csv").read_text() == "older"
 
 
-@pytest.mark.parametrize("command, drawn", [("detect", "drawn/"), ("track", "a.mp4")])
+@pytest.mark.parametrize(("command", "drawn"), [("detect", "drawn/"), ("track", "a.mp4")])
 def test_a_run_that_fails_before_its_first_frame_leaves_older_results(place, command, drawn):
     (place / "broken").mkdir()
     (place / "broken" / "0.png").write_bytes(b"no picture")

@@ -46,15 +46,14 @@ class StandardOutput(Sink):
 class _ConfigSink(Sink):
     """Writes the configuration with the first frame, as the results: what lies there belongs to older ones."""
 
-    def __init__(self, target: Path, config: Config) -> None:
-        self._target: Path | None = target
+    def __init__(self, target: Path | None, config: Config) -> None:
+        self._target = target
         self._config = config
 
     def write(self, frame: Frame, result: FrameResult) -> None:
         """Write the configuration, once."""
-        if self._target is not None:
-            write_config(self._target, self._config)
-            self._target = None
+        write_config(self._target, self._config)
+        self._target = None
 
     def close(self) -> None:
         """There is nothing to close."""
@@ -85,7 +84,7 @@ def open_outputs(
         opened = [stack.enter_context(sink) for sink in more]
         for path in paths:
             opened.append(stack.enter_context(_open_data(path, with_input, pose, answers, branched)))
-        if config is not None and config_file is not None:
+        if config is not None:
             opened.append(_ConfigSink(config_file, config))
         together = MultiSink(opened)
         stack.pop_all()
@@ -191,7 +190,7 @@ def config_beside(paths: Sequence[str | None], config: Config) -> Path | None:
     return target
 
 
-def write_config(target: Path, config: Config) -> None:
+def write_config(target: Path | None, config: Config) -> None:
     """Write the configuration to the file that `config_beside` gave.
 
     Raises
@@ -199,6 +198,8 @@ def write_config(target: Path, config: Config) -> None:
     SinkError
         If it cannot be written.
     """
+    if target is None:
+        return
     results = readable(target.name.removesuffix(".config.yaml"))
     write_whole(target, f"{_SIGNATURE} {__version__} for {results}\n{config.to_yaml()}".encode())
 

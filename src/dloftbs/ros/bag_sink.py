@@ -53,7 +53,8 @@ class BagSink(PathSink):
     Parameters
     ----------
     path : str or Path
-        A file that ends in ``.mcap``, or a folder. Missing folders are made, an older recording is replaced with the first frame.
+        A file that ends in ``.mcap``, or a folder. Missing folders are made, an older recording is replaced with the
+        first frame.
     overlay : bool
         Whether the overlay is drawn.
     with_input : bool

@@ -105,14 +105,14 @@ def detect(
             config_file=outputs.config_file,
         ) as sink,
         open_progress(shares_terminal=prints_to_terminal(outs)) as progress,
+        closing(in_order(lambda frame: (frame, own.pipeline.detect(frame)), read, jobs)) as found,
     ):
-        with closing(in_order(lambda frame: (frame, own.pipeline.detect(frame)), read, jobs)) as found:
-            for frame, result in found:
-                answers.warn(result)
-                sink.write(frame, result)
-                report.length, report.skipped = batch.length(limit), batch.failures
-                report.add(result)
-                progress.tick(report)
+        for frame, result in found:
+            answers.warn(result)
+            sink.write(frame, result)
+            report.length, report.skipped = batch.length(limit), batch.failures
+            report.add(result)
+            progress.tick(report)
     report.skipped = batch.failures
     if report.frames > 1:
         click.echo(report.summary(), err=True)
