@@ -5,6 +5,7 @@ BIN := .venv/bin
 MINUTES ?= 10
 SEED ?= 1
 SCALE ?= 1
+RESULTS_SEED ?= 1000
 PHOTOGRAPHS ?= ../shared/data
 PICTURED := $(and $(wildcard $(PHOTOGRAPHS)/cables),$(wildcard $(PHOTOGRAPHS)/mbest),"$(PHOTOGRAPHS)/cables" "mbest:$(PHOTOGRAPHS)/mbest")
 BOTH := default,paper
@@ -64,8 +65,9 @@ bench: .venv/installed-dev
 # cores; whatever is finished stays in build/. SCALE=0.05 has fewer scenes, and says so. Photographs are scored where
 # there are any; else their page stays.
 results: .venv/installed-dev
-	$(BIN)/dloftbs evaluate --method $(BOTH),cpd --scale $(SCALE) --out build/results
-	$(BIN)/dloftbs evaluate rgb rgbd simulated --method default --set linking.objects=1 --scale $(SCALE) --out build/one-cable
+	$(BIN)/dloftbs evaluate --method $(BOTH),cpd --scale $(SCALE) --seed $(RESULTS_SEED) --out build/results
+	$(BIN)/dloftbs evaluate rgb rgbd simulated --method default --set linking.objects=1 --scale $(SCALE) --seed $(RESULTS_SEED) \
+		--out build/one-cable
 	$(if $(PICTURED),$(BIN)/dloftbs evaluate $(PICTURED) --method $(BOTH) --out build/photographs)
 	$(BIN)/python -m dloftbs_lab.evaluation.report.docs_page build/results docs --one-cable build/one-cable \
 		$(if $(PICTURED),--photographs build/photographs)

@@ -112,11 +112,11 @@ class Truth:
         return tuple(_spans(_in_mask(curve.sample(_samples(curve)), self.mask)) for curve in self.curves)
 
     @cached_property
-    def labels(self) -> npt.NDArray[np.uint8] | None:
+    def labels(self) -> npt.NDArray[np.uint16] | None:
         """The visible pixels as an image (H, W): 0 is background, ``i + 1`` object ``i``; None where not known."""
         if not self.visible_masks:
             return None
-        labels = np.zeros(self.visible_masks[0].shape, dtype=np.uint8)
+        labels = np.zeros(self.visible_masks[0].shape, dtype=np.uint16)
         for number, mask in enumerate(self.visible_masks, start=1):
             labels[mask] = number
         return labels

@@ -36,6 +36,7 @@ STEREO = "stereo"
 """`dloftbs.StereoPipeline`, for the suite of two cameras."""
 BASELINE_SUITES = ("rgb", "rgbd", "rgbd-artificial")
 """Suites of one cable whose length does not change."""
+_INSTALLED = {"site-packages", "dist-packages"}  # what changes with an installation, not by an edit
 CONFIG_SUFFIXES = (".yaml", ".yml")
 
 
@@ -250,6 +251,14 @@ def _import_hint(module_name: str, error: Exception) -> str:
 
 
 def _digest(module: ModuleType) -> str:
-    """Return what changes when the module's file does: what it imports in turn is not watched."""
+    """Return what changes when the module's file does, or one in its folder or below that it imports in turn."""
     file = getattr(module, "__file__", None)
-    return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:12] if file else ""
+    if file is None:
+        return ""
+    folder = Path(file).resolve().parent
+    loaded = {Path(one).resolve() for one in (getattr(m, "__file__", None) for m in list(sys.modules.values())) if one}
+    own = sorted(path for path in loaded if path.is_relative_to(folder) and not _INSTALLED & set(path.parts))
+    digest = hashlib.sha256()
+    for path in own or [Path(file)]:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]

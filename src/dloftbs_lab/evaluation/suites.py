@@ -9,11 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError
 from dloftbs.support.text import readable
 from dloftbs_lab import synthetic
 from dloftbs_lab.known_sequence import KnownSequence
-from dloftbs_lab.recorded import LAYOUTS, open_labelled
+from dloftbs_lab.recorded import LAYOUTS, looks_labelled, open_labelled
 from dloftbs_lab.synthetic import Excerpt
 
 HD = (720, 1280)
@@ -309,13 +309,9 @@ def place_of(name: str) -> Path:
 
 
 def _sequences_in(folder: Path, layout: str) -> list[KnownSequence]:
-    try:
-        return [_open(folder, layout)]
-    except SourceError:
-        inside = [_open(p, layout) for p in sorted(folder.iterdir()) if os.path.isdir(p) and _opens(p, layout)]
-        if inside:
-            return inside
-        raise
+    inside = [path for path in sorted(folder.iterdir()) if os.path.isdir(path) and looks_labelled(path, layout)]
+    of_one = looks_labelled(folder, layout) or not inside
+    return [_open(path, layout) for path in ([folder] if of_one else inside)]
 
 
 def _open(folder: Path, layout: str) -> KnownSequence:
@@ -324,16 +320,8 @@ def _open(folder: Path, layout: str) -> KnownSequence:
     return sequence
 
 
-def _opens(folder: Path, layout: str) -> bool:
-    try:
-        open_labelled(folder, layout).close()
-    except SourceError:
-        return False
-    return True
-
-
 def _digest(folder: Path) -> str:
     """Return what changes when a file in the folder does."""
     files = [(str(path), path.stat()) for path in sorted(folder.resolve().rglob("*")) if os.path.isfile(path)]
     text = "\n".join(f"{path} {stat.st_size} {stat.st_mtime_ns}" for path, stat in files)
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
+    return hashlib.sha256(os.fsencode(text)).hexdigest()[:12]

@@ -11,7 +11,7 @@ from dloftbs_lab.known_sequence import KnownSequence
 from dloftbs_lab.recorded import ariadne, label_images, mbest, polylines, spline_tables, written
 from dloftbs_lab.recorded.layout import Layout, content_of, folders_in, listed
 
-__all__ = ["LAYOUTS", "open_labelled"]
+__all__ = ["LAYOUTS", "looks_labelled", "open_labelled"]
 
 LAYOUTS: dict[str, Layout] = {
     module.LAYOUT.name: module.LAYOUT for module in (written, label_images, mbest, ariadne, spline_tables, polylines)
@@ -51,16 +51,31 @@ def open_labelled(folder: str | os.PathLike[str], layout: str = "auto") -> Known
     SourceError
         If the folder is of no layout, or not of this one, or what belongs together is not all there.
     """
-    if not isinstance(layout, str) or layout not in ("auto", *LAYOUTS):
-        raise InputError(f"layout must be one of auto, {', '.join(LAYOUTS)}, got {shown(layout)}")
+    tried = _candidates(layout)
     path = Path(os.path.expanduser(check_path("folder", folder)))
     if not os.path.isdir(path):
         raise SourceError(f"there is no folder {str(path)!r}; a labelled sequence is a folder")
-    tried = list(LAYOUTS.values()) if layout == "auto" else [LAYOUTS[layout]]
     for candidate in tried:
         if candidate.fits(path):
             return candidate.open(path)
     raise SourceError(_wrong(path, tried))
+
+
+def looks_labelled(folder: Path, layout: str = "auto") -> bool:
+    """Return whether a folder looks like a labelled sequence, at a glance, whole or not.
+
+    Raises
+    ------
+    InputError
+        If there is no such layout.
+    """
+    return any(candidate.fits(folder) for candidate in _candidates(layout))
+
+
+def _candidates(layout: str) -> list[Layout]:
+    if not isinstance(layout, str) or layout not in ("auto", *LAYOUTS):
+        raise InputError(f"layout must be one of auto, {', '.join(LAYOUTS)}, got {shown(layout)}")
+    return list(LAYOUTS.values()) if layout == "auto" else [LAYOUTS[layout]]
 
 
 def _wrong(folder: Path, tried: list[Layout]) -> str:

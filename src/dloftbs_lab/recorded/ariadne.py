@@ -42,7 +42,8 @@ class AriadneImages(RecordedSequence):
     Raises
     ------
     SourceError
-        If points are without their image. Images without points are left out, with a warning.
+        If a mask is without its image, or, when its truth is asked for, without its points. Images without a mask are
+        left out, with a warning.
     """
 
     tolerance_px = TOLERANCE_PX

@@ -253,6 +253,17 @@ def test_a_changed_module_has_other_settings(mine):
     assert method_of("mine:line").settings != before
 
 
+def test_a_changed_module_that_it_imports_has_other_settings(mine, monkeypatch):
+    (mine / "helper.py").write_text("x = 1\n")
+    (mine / "mine.py").write_text("import helper\n" + MINE)
+    monkeypatch.delitem(sys.modules, "mine", raising=False)
+    before = method_of("mine:line").settings
+    monkeypatch.delitem(sys.modules, "helper")  # as at the end of a process
+    monkeypatch.delitem(sys.modules, "mine")
+    (mine / "helper.py").write_text("x = 2\n")
+    assert method_of("mine:line").settings != before
+
+
 @pytest.mark.parametrize(
     ("name", "message"),
     [

@@ -1,4 +1,7 @@
+import os
 import pickle
+import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -99,6 +102,24 @@ def test_a_folder_of_folders_is_a_suite_of_sequences(tmp_path):
     (tmp_path / "sets" / "neither").mkdir()
     suite = open_suite(str(tmp_path / "sets"))
     assert (suite.frames, [sequence.name for sequence in suite.sequences]) == (3, ["a", "b"])
+
+
+def test_a_folder_that_is_not_whole_is_an_error_and_no_other_is_taken_for_it(tmp_path):
+    labelled(tmp_path / "sets" / "a")
+    labelled(tmp_path / "sets" / "b")
+    (tmp_path / "sets" / "b" / "07.labels.png").write_bytes((tmp_path / "sets" / "b" / "00.labels.png").read_bytes())
+    with pytest.raises(SourceError, match=r"07\.labels\.png"):
+        open_suite(str(tmp_path / "sets"))
+    labelled(tmp_path / "sets" / "b" / "old")
+    with pytest.raises(SourceError, match=r"07\.labels\.png"):
+        open_suite(str(tmp_path / "sets" / "b"))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of bytes")
+def test_a_name_that_is_no_text_is_a_name(tmp_path):
+    labelled(tmp_path / "set")
+    Path(os.fsdecode(os.fsencode(tmp_path / "set") + b"/caf\xe9.txt")).write_text("")
+    assert open_suite(str(tmp_path / "set")).frames == 2
 
 
 def test_a_changed_folder_has_other_settings(tmp_path):

@@ -34,7 +34,7 @@ def test_cables_keep_their_length_and_move_smoothly(kind):
 @pytest.mark.parametrize("kind", SIMULATED_KINDS)
 def test_masks_are_where_the_projected_line_is(kind):
     sequence = SimulatedSequence(kind, 1, FRAMES, SIZE, seed=3)
-    assert (sequence.fps, sequence.tolerance_px, sequence.cables) == (30.0, 7.5, 1)
+    assert (sequence.fps, sequence.tolerance_px, sequence.cables) == (30.0, 5.0, 1)
     assert 2.0 <= sequence.width_px <= 10.0
     for index in (0, FRAMES - 1):
         frame, truth = sequence.frame(index), sequence.truth(index)

@@ -59,6 +59,11 @@ def _share_of_objects(count: Callable[[FrameRow], int]) -> Callable[[_Frames], C
     return lambda frames: frames.ratio(count, lambda row: row.n_true, 100.0)
 
 
+def _has_right_number(row: FrameRow) -> float:
+    """Return 1.0 for a frame with as many curves as objects; those of which nothing shows may have one or none."""
+    return float(row.n_found == row.n_true if row.dice is not None else row.missing == row.redundant == 0)
+
+
 _FIGURES: dict[str, Callable[[_Frames], Cell]] = {
     "scenes": lambda frames: frames.count,
     "frames": len,
@@ -66,7 +71,7 @@ _FIGURES: dict[str, Callable[[_Frames], Cell]] = {
     "objects": lambda frames: frames.total(lambda row: row.n_true),
     "clean frames, %": lambda frames: frames.mean(lambda row: float(row.clean), 100.0),
     "clean images, %": lambda frames: frames.mean(lambda row: float(row.clean), 100.0),
-    "right number, %": lambda frames: frames.mean(lambda row: float(row.n_found == row.n_true), 100.0),
+    "right number, %": lambda frames: frames.mean(_has_right_number, 100.0),
     "right objects, %": _share_of_objects(lambda row: row.right),
     "L1 px": lambda frames: frames.mean(lambda row: row.l1_px),
     "L2 px": lambda frames: frames.mean(lambda row: row.l2_px),

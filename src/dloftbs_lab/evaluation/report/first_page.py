@@ -85,12 +85,12 @@ def _sentences(summary: Summary) -> Iterator[str]:
     mark = f" **{summary['mark']}.**" if summary["mark"] else ""
     yield (
         f"**What:** {frames:,} frames of {scenes:,} generated scenes whose curves are known.{mark} A frame is right "
-        "when every cable in it has one curve, within 5 px in HD, and there is nothing else. L3 is the distance from "
-        "the true curve, in the image, and in space from the cable's axis."
+        "when every cable in it has one curve, within 5 px in HD (15 px in *simulated*), and there is nothing else. L3 "
+        "is the distance from the true curve, in the image, and in space from the cable's axis."
     )
     yield (
         f"**How sure:** brackets are 95 % intervals over scenes. {DAGGER} marks data on whose kind the weights of the "
-        "default's linking were fitted, other scenes of it where it is generated; the published method has none."
+        "default were fitted, other scenes of it where it is generated; the published method has none."
     )
     both = [name for name, suite in suites.items() if {OURS, PUBLISHED} <= suite["methods"].keys()]
     ahead = [name for name in both if _clean(suites, name, OURS) >= _clean(suites, name, PUBLISHED)]

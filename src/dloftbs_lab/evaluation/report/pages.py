@@ -9,6 +9,7 @@ from pathlib import Path
 from dloftbs_lab.evaluation.report.all_tables import overall_tables, suite_tables
 from dloftbs_lab.evaluation.report.losses import losses
 from dloftbs_lab.evaluation.report.paper_tables import paper_tables
+from dloftbs_lab.evaluation.report.picture_names import stem_of
 from dloftbs_lab.evaluation.report.spread import NOTE
 from dloftbs_lab.evaluation.report.summary import FITTED, FITTED_NOTE, marked
 from dloftbs_lab.evaluation.report.table import Table
@@ -90,5 +91,6 @@ def _is_worst(picture: Path) -> bool:
 def _owner(picture: Path, suites: Sequence[str]) -> str | None:
     """Return the suite that a picture is of: of the names that stand in its own the first, and there the longest."""
     stem = f"-{picture.stem}-"
-    named = [name for name in suites if f"-{name}-" in stem]
-    return min(named, key=lambda name: (stem.index(f"-{name}-"), -len(name)), default=None)
+    places = {name: f"-{stem_of(name)}-" for name in suites}
+    named = [name for name in suites if places[name] in stem]
+    return min(named, key=lambda name: (stem.index(places[name]), -len(name)), default=None)

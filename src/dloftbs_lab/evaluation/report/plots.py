@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from dloftbs.errors import SinkError
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.evaluation.report.all_tables import clean_share
 from dloftbs_lab.evaluation.report.joint_tables import KINDS, binned, joints_by_method
+from dloftbs_lab.evaluation.report.picture_names import stem_of
 from dloftbs_lab.evaluation.report.table import existing, mean, percent
 from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part
 
@@ -215,8 +215,7 @@ def _figure(path: Path, panels: int, columns: int = 1, row_height: float = 1.6) 
 
 
 def _file(folder: Path, what: str, suite: str) -> Path:
-    name = re.sub(r"[^A-Za-z0-9.]+", "-", f"{what}-{suite}".strip("-"))
-    return folder / f"{name}.png"
+    return folder / f"{stem_of(what, suite)}.png"
 
 
 def _values(values: Sequence[float | None]) -> FloatArray:

@@ -17,16 +17,19 @@ FITTED = (
     "tracking",
     "known-occluders",
     "seen-occluders",
+    "plain-sight",
+    "real-motion",
     "edge-cases",
     "simulated",
     "noise",
 )
-"""Suites whose generators drew scenes for `python -m benchmarks.fit_linking`, from other seeds."""
+"""Suites whose generators drew scenes for `benchmarks.fit_linking` or `fit_tracking`, from other seeds."""
 DAGGER = "†"
 FITTED_NOTE = (
-    f"{DAGGER} The weights of the default's linking were fitted on scenes of this generator or an earlier form of it, "
-    "of other seeds, and of seven more sources. [The weights of linking](../maintainers/linking-weights.md) has the "
-    "loss with each source left out of the fit. The published method has no fitted weights."
+    f"{DAGGER} The weights of the default's linking or tracking were fitted on scenes of this generator or an earlier "
+    "form of it, of other seeds, and on other sources. The pages of the weights of "
+    "[linking](../maintainers/linking-weights.md) and of [tracking](../maintainers/tracking-weights.md) have the loss "
+    "with each source left out of the fit. The published method has no fitted weights."
 )
 
 Summary = Mapping[str, Any]

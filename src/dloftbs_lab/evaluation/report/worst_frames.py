@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from dloftbs.support.arrays import FloatArray
 from dloftbs.support.safe_files import write_whole
 from dloftbs.viz.overlay import as_picture
 from dloftbs.viz.shapes import Picture
+from dloftbs_lab.evaluation.report.picture_names import stem_of
 from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part, Points
 from dloftbs_lab.evaluation.runner.found import samples
 from dloftbs_lab.evaluation.runner.sequence_run import WORST
@@ -59,8 +59,7 @@ def write_worst(suites: Sequence[Suite], parts: Sequence[Part], folder: Path) ->
                 continue
             pictures = [_draw(suite, part, row) for part, row in frames]
             sheet = viz.contact_sheet(pictures, [_title(row) for _, row in frames], columns=2, tile_width=_TILE_PX)
-            name = re.sub(r"[^A-Za-z0-9.]+", "-", f"{suite.name}-{method}")
-            paths.append(folder / f"{name}.jpg")
+            paths.append(folder / f"{stem_of(suite.name, method)}.jpg")
             _, data = cv2.imencode(".jpg", sheet, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
             write_whole(paths[-1], data.tobytes())
     return paths
@@ -88,7 +87,7 @@ def _draw(suite: Suite, part: Part, row: FrameRow) -> Picture:
     frame = sequence.frame(row.index)
     picture = _ground(frame)
     _draw_truth(picture, sequence.truth(row.index))
-    curves = [_curve(points) for points in part.worst[row.index]]
+    curves = [_curve(points) for points in part.worst[row.index] if len(set(points)) > 1]
     found = tuple(Detection(_centerline(curve.control_points), curve) for curve in curves)
     return viz.draw(picture, FrameResult(found, (), row.failure, frame.size))
 
@@ -120,6 +119,7 @@ def _draw_truth(picture: Picture, truth: Truth) -> None:
 def _curve(points: Points) -> BSplineCurve:
     """Return a line through points as a curve of the first degree."""
     line = np.array(points, dtype=np.float64)
+    line = line[np.concatenate(([True], np.any(np.diff(line, axis=0) != 0.0, axis=1)))]  # a short one repeats points
     u = arc_parameter(line)
     return BSplineCurve(np.concatenate(([0.0], u, [1.0])), line, 1)
 

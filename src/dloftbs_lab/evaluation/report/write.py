@@ -104,8 +104,12 @@ def write_report(
     write_whole(folder / MARKDOWN, markdown(report, suites, parts, folder).encode())
     write_whole(folder / SUMMARY, encode(summarise(suites, parts, heading, mark), indent=1))
     run = (heading, "; ".join(f"{name}: {value}" for name, value in environment().items()))
-    for name, page in make_pages(suites, parts, report.pictures, run, untracked, mark).items():
+    pages = make_pages(suites, parts, report.pictures, run, untracked, mark)
+    for name, page in pages.items():
         write_whole(folder / PAGES / f"{name}.md", page.encode())
+    for page_of_before in (folder / PAGES).glob("*.md"):
+        if page_of_before.stem not in pages:
+            page_of_before.unlink()  # of a suite that is not in this run: its figures would be taken for this run's
     return report
 
 

@@ -155,4 +155,4 @@ def _both(value: Any, camera: PinholeCamera | None) -> tuple[Curve, Curve | None
         return curve, None
     if camera is None:
         raise InputError("a curve in metres needs a frame with a camera, to be compared in the image")
-    return camera.project(points), curve
+    return as_points("a curve as the camera sees it", camera.project(points)), curve

@@ -82,7 +82,7 @@ def score(found: Found, known: KnownFrame, tolerance_px: float | None = None) ->
     matching = match_distances(distances)
     missing = sum(bool(known.visible[i]) for i in matching.unmatched_true)
     limit = CLEAN_L3 * max(known.frame.size) if tolerance_px is None else tolerance_px
-    right = sum(value <= limit for value in matching.l3)
+    right = sum(bool(known.visible[pair.true]) for pair in matching.pairs if pair.l3 <= limit)
     space = score_in_space(found, matching, known)
     return Score(
         l1_px,
@@ -95,7 +95,7 @@ def score(found: Found, known: KnownFrame, tolerance_px: float | None = None) ->
         missing,
         matching.redundant,
         right,
-        missing == matching.redundant == 0 and right == len(matching.pairs),
+        missing == matching.redundant == 0 and all(value <= limit for value in matching.l3),
         distances,
         space.l1_mm,
         space.l2_mm,

@@ -54,7 +54,8 @@ def score_harness(
     if len(nodes) == 0:
         return HarnessScore(0, 0, 0, 0, whole=False)
     away = np.hypot(*(points[:, None] - ends[nodes]).transpose(2, 0, 1))
-    pairs = [(i, j) for i, j in zip(*linear_sum_assignment(away), strict=True) if away[i, j] <= node_px]
+    near = np.minimum(away, node_px)  # one that is far off costs the others nothing, however far it is
+    pairs = [(i, j) for i, j in zip(*linear_sum_assignment(near), strict=True) if away[i, j] <= node_px]
     right_nodes = {int(nodes[j]) for _, j in pairs}
     right = sum(
         pair.l3 <= limit_px

@@ -161,7 +161,7 @@ class _Run:
         if detected is not found:
             distances = None if distances is None else distances_of(found, known)[0]
         self._rows.append(
-            _row(self._key, index, detected, truth, result, ms=ms, failure=failure, scene=self._scene(index))
+            _row(self._key, index, detected, known, result, ms=ms, failure=failure, scene=self._scene(index))
         )
         joints = judge_joints(index, detected.detections, truth, frame.size)
         self._joints += [replace(joint, scene=self._scene(index)) for joint in joints]
@@ -243,9 +243,9 @@ def _call(call: Callable[[Frame], Any], frame: Frame) -> tuple[Found, float, str
         return Found(), ms, _text(error)
 
 
-def _row(key: Key, index: int, found: Found, truth: Truth, result: Score, **others: Any) -> FrameRow:
+def _row(key: Key, index: int, found: Found, known: KnownFrame, result: Score, **others: Any) -> FrameRow:
     scores = {name: getattr(result, name) for name in _SCORES}
-    n_true, n_found = len(truth.ids), len(found.curves)
+    n_true, n_found = int(np.count_nonzero(known.visible)), len(found.curves)
     return FrameRow(key.suite, key.sequence, index, key.method, n_true=n_true, n_found=n_found, **scores, **others)
 
 

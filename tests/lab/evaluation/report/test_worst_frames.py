@@ -4,6 +4,7 @@ import pytest
 from lab.evaluation import runner_stubs as stubs
 from lab.evaluation.runner_stubs import Bars, method, suite
 
+from dloftbs_lab.evaluation.report.pages import make_pages
 from dloftbs_lab.evaluation.report.worst_frames import write_worst
 from dloftbs_lab.evaluation.runner.run import evaluate
 
@@ -32,6 +33,28 @@ def test_there_is_a_sheet_for_each_suite_and_method(tmp_path):
     assert [path.stem for path in paths] == names
     sheets = [cv2.imread(str(path)) for path in paths]
     assert sheets[0].shape[0] == pytest.approx(2.5 * sheets[2].shape[0], rel=0.05)  # five rows, two rows
+
+
+def short(frame):
+    """A curve shorter than the points that are kept of it, and one of a single place."""
+    return [np.array([[10.0, 10.0], [60.0, 10.0]]), np.array([[20.0, 20.0], [20.0, 20.0]])]
+
+
+def test_short_curves_are_drawn(tmp_path):
+    suites = [suite(Bars())]
+    (path,) = write_worst(suites, evaluate(suites, [method(short)], tmp_path), tmp_path)
+    assert path.is_file()
+
+
+def test_names_in_any_script_stay_apart(tmp_path):
+    suites = [suite(name=name) for name in ("кабели", "провода", "my_data")]
+    parts = evaluate(suites, [method(stubs.perfect)], tmp_path)
+    paths = write_worst(suites, parts, tmp_path)
+    assert [path.stem for path in paths] == ["кабели-perfect", "провода-perfect", "my_data-perfect"]
+    pages = make_pages(suites, parts, paths, ["run"])
+    for one, path in zip(suites, paths, strict=True):
+        assert pages[one.name].count(".jpg") == 1
+        assert path.name in pages[one.name]
 
 
 def test_a_truth_of_masks_alone_is_drawn_too(tmp_path):

@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from builders import curve_through
@@ -5,11 +7,13 @@ from lab.evaluation import joint_stubs
 from lab.evaluation import runner_stubs as stubs
 from lab.evaluation.runner_stubs import Bars, method, suite
 
+from dloftbs.camera import PinholeCamera
 from dloftbs.config import Config
 from dloftbs.data.frame import Frame
 from dloftbs.data.tracks import TrackState
 from dloftbs.errors import InputError
 from dloftbs.pipeline import Pipeline
+from dloftbs_lab.evaluation.report.all_tables import tables
 from dloftbs_lab.evaluation.runner.found import found_in, samples
 from dloftbs_lab.evaluation.runner.run import evaluate
 from dloftbs_lab.evaluation.runner.sequence_run import Method
@@ -80,6 +84,45 @@ def test_what_is_no_curve_is_a_failure(tmp_path):
 def test_nothing_to_find_and_nothing_found_is_clean(tmp_path):
     (row,) = rows_of(tmp_path, stubs.nothing, Bars(length=1, rows=()))
     assert (row.n_true, row.clean) == (0, True)
+
+
+class Hiding(Bars):
+    """The second bar is hidden as a whole in the first frame."""
+
+    def _masks(self, index):
+        first, second = super()._masks(index)
+        return first, second & (index > 0)
+
+
+@pytest.mark.parametrize(
+    ("function", "found", "right", "clean"),
+    [(stubs.lone, (1, 1), (1, 1), (True, False)), (stubs.perfect, (2, 2), (1, 2), (True, True))],
+)
+def test_an_object_of_which_nothing_shows_may_be_found_and_is_not_asked_for(tmp_path, function, found, right, clean):
+    (part,) = evaluate([suite(Hiding(length=2))], [method(function)], tmp_path)
+    assert [row.n_true for row in part.rows] == [1, 2]
+    assert tuple(row.n_found for row in part.rows) == found
+    assert tuple(row.right for row in part.rows) == right
+    assert tuple(row.clean for row in part.rows) == clean
+    shares = [row["right number, %"] for table in tables([part]) for row in table.records() if "right number, %" in row]
+    assert shares == [pytest.approx(100.0 * sum(clean) / 2)]
+
+
+class Distorted(Bars):
+    """Seen through a lens whose distortion has no inverse far from its axis."""
+
+    def frame(self, index):
+        lens = PinholeCamera(100.0, 100.0, 100.0, 60.0, distortion=(-0.4, 0.0, 0.0, 0.0, 0.0))
+        return dataclasses.replace(super().frame(index), camera=lens)
+
+
+def beside_the_lens(frame):
+    return [np.array([[0.0, 0.0, 1.0], [50.0, 0.0, 1.0]])]
+
+
+def test_a_curve_that_the_camera_cannot_see_is_a_failure_and_ends_nothing(tmp_path):
+    rows = rows_of(tmp_path, beside_the_lens, Distorted(length=2))
+    assert [(row.failure or "").split(":")[0] for row in rows] == ["InputError", "InputError"]
 
 
 def test_curves_in_space_are_scored_in_millimetres_and_in_the_image(tmp_path):

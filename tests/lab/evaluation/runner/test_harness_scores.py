@@ -39,6 +39,11 @@ def test_what_is_wrong(points, found, expected):
     assert scored(points, found) == expected
 
 
+def test_a_branch_point_far_off_costs_one_that_is_right_nothing():
+    truth = Truth((*TRUE, line((0, 0), (0, 90)), line((0, 0), (-50, 0))), (), tuple(range(5)))
+    assert scored(np.array([[91.0, 0.0], [400.0, 0.0]]), truth.curves, truth).nodes_right == 1
+
+
 def test_curves_that_do_not_meet_have_no_score():
     truth = Truth(TRUE[:2], (), (0, 1))
     assert scored(JOINT, TRUE[:2], truth) == HarnessScore(0, 0, 0, 0, whole=False)
