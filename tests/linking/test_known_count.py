@@ -68,6 +68,13 @@ def test_loops_count_and_stay_closed() -> None:
     assert found.curve.closed
 
 
+def test_of_rings_alone_the_longest_are_kept() -> None:
+    mask = draw(circle((100, 120), 70), circle((300, 120), 50))
+    (found,) = detect(mask, objects=1)
+    assert found.curve.closed
+    assert found.curve.length == pytest.approx(2 * np.pi * 70, rel=0.02)
+
+
 def test_ground_in_sight_between_two_ends_counts() -> None:
     """Of two gaps alike the one is bridged whose ground is hidden."""
     mask = draw(LONG, [(20, 180), (380, 186)])

@@ -162,6 +162,19 @@ def test_a_cable_whose_ends_face_each_other_in_sight_stays_open(others: list[lis
     assert matching.partner == before
 
 
+def test_rings_on_both_sides_of_a_gap_do_not_lie_over_it() -> None:
+    """From the points of the one to those of the other there is no cable."""
+    rows, columns = np.indices((300, 400))
+    away = np.hypot(columns - 200.0, rows - 150.0)
+    mask = (np.abs(away - 100.0) <= 4.0) & ~((columns > 200) & (np.abs(rows - 150.0) < 12.0))
+    for x in (278.0, 322.0):
+        mask |= np.abs(np.hypot(columns - x, rows - 150.0) - 9.0) <= 1.5
+    _, graph, matching = matching_of(mask.astype(np.uint8))
+    before = list(matching.partner)
+    close_rings(graph, matching)
+    assert matching.partner == before
+
+
 def test_a_cable_whose_end_touches_itself_stays_open() -> None:
     """A lasso, as the figures 6 and 9."""
     six = np.concatenate((np.linspace((130, 20), (130, 140), 60), circle((190, 140), 60, np.pi, -0.9 * np.pi)))

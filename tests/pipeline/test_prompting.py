@@ -70,6 +70,16 @@ def test_a_prompted_network_follows_the_cable_alone():
     assert np.abs(np.array([x0, y0, x1, y1]) - [xs.min(), ys.min(), xs.max(), ys.max()]).max() < 4.0
 
 
+@pytest.mark.parametrize(("stamp", "times"), [(0.0, 1), (1.0, 2)], ids=["an older stamp", "another size"])
+def test_a_frame_of_another_stream_has_an_empty_prompt(stamp, times):
+    network = Clicked()
+    pipeline = Pipeline(segmenter=network)
+    for i in range(4):
+        pipeline.process(Frame(picture(moving(i)), stamp=0.5 + i / 30))
+    pipeline.process(Frame(np.tile(picture(moving(4)), (1, times, 1)), stamp=stamp))
+    assert [len(prompt.boxes) for prompt in network.prompts] == [0, 1, 1, 1, 0]
+
+
 def test_a_frame_by_itself_has_an_empty_prompt():
     network = Clicked()
     pipeline = Pipeline(segmenter=network)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders import detection_of, line
 
-from dloftbs import BSplineCurve, PinholeCamera
+from dloftbs import BSplineCurve, PinholeCamera, Tracker
+from dloftbs.data.curve_samples import sample_curve
 from dloftbs.evidence import OcclusionEvidence
-from dloftbs.tracking.curve_in_space import span_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.reconstruction import EVEN_U, fit_samples
 
@@ -42,10 +43,45 @@ def test_a_span_in_space_is_seen_where_the_one_in_the_image_is(depths_m, span):
     view = View(SIZE, OcclusionEvidence(depth=np.ones(SIZE, np.float32), camera=CAMERA))
     curve = curve_at(depths_m)
     expected = [20.0 + 600.0 * u for u in span]
-    np.testing.assert_allclose(seen_columns(curve, span_in_space(curve, span, view)), expected, atol=3.0)
+    np.testing.assert_allclose(seen_columns(curve, view.span_in_space(curve, span)), expected, atol=3.0)
     if span != (0.0, 1.0):
         assert np.abs(np.subtract(seen_columns(curve, span), expected)).max() > 15.0  # the same span is seen elsewhere
 
 
+def tilted() -> tuple[BSplineCurve, BSplineCurve]:
+    """Return a straight cable from column 20 to 620, by its length in the image, and in space."""
+    return line((20.0, 240.0), (620.0, 240.0)), curve_at(np.linspace(0.5, 1.5, 121))
+
+
+def test_what_is_hidden_of_a_tilted_cable_is_the_same_stretch_in_the_image_and_in_space():
+    curve, curve_3d = tilted()
+    ground = np.full(SIZE, 3.0, np.float32)
+    tracker = Tracker()
+    for k in range(12):
+        tracker.update(
+            [detection_of(curve, curve_3d)], k / 30, SIZE, occlusion=OcclusionEvidence(depth=ground, camera=CAMERA)
+        )
+    covered = ground.copy()
+    covered[:, :440] = 0.3
+    (track,) = tracker.update([], 0.4, SIZE, occlusion=OcclusionEvidence(depth=covered, camera=CAMERA))
+    assert 400.0 < track.curve.end[0] < 450.0
+    assert seen_columns(track.curve_3d, (0.0, 1.0)) == pytest.approx(
+        [track.curve.start[0], track.curve.end[0]], abs=3.0
+    )
+
+
+def test_the_end_of_a_part_is_as_far_as_that_part_ends():
+    curve, curve_3d = tilted()
+    depth = np.full(SIZE, 3.0, np.float32)
+    middle = 0.5 * (0.5 + 1.5)
+    depth[:, 320:] = middle + 0.02  # the ground close behind the end; by length, the curve is farther half of the way
+    view = View(SIZE, OcclusionEvidence(depth=depth, camera=CAMERA))
+    half = sample_curve(curve, 0.0, 0.5)[0]
+    assert not view.look_beyond(half, 8.0, curve_3d, (0.0, 0.5))[1].hidden
+    depth[:, 320:] = middle - 0.2
+    view = View(SIZE, OcclusionEvidence(depth=depth, camera=CAMERA))
+    assert view.look_beyond(half, 8.0, curve_3d, (0.0, 0.5))[1].hidden
+
+
 def test_without_a_camera_a_span_stays_the_same():
-    assert span_in_space(curve_at(np.full(121, 0.8)), (0.2, 0.7), View(SIZE)) == (0.2, 0.7)
+    assert View(SIZE).span_in_space(curve_at(np.full(121, 0.8)), (0.2, 0.7)) == (0.2, 0.7)

@@ -142,6 +142,18 @@ def test_the_velocity_in_space_is_unknown_after_a_cut_until_two_frames_show_the_
     np.testing.assert_allclose(motion.velocity_3d, np.zeros((SAMPLES, 3)), atol=1e-12)
 
 
+def test_stamps_that_come_in_bursts_make_no_velocity() -> None:
+    """A cable moves by 3.3 px a frame; the stamps of two frames are nearly the same."""
+    tracker, curve_3d = Tracker(), line((0.0, 0.0, 1.0), (0.5, 0.0, 1.0))
+    for k, stamp in enumerate((0.0, 1 / 30, 2 / 30, 2 / 30 + 1e-4)):
+        moved = detection_of(wave((3.3 * k, 0.0)), curve_3d.transformed(np.eye(3), (0.005 * k, 0.0, 0.0)))
+        (track,) = tracker.update([moved], stamp)
+    assert np.abs(track.velocity - (99.0, 0.0)).max() < 5.0
+    assert np.abs(track.velocity_3d - (0.15, 0.0, 0.0)).max() < 0.01
+    (predicted,) = tracker.predict(3 / 30)
+    assert np.abs(predicted.curve.start - track.curve.start).max() < 5.0
+
+
 def test_the_velocity_in_space_is_in_metres() -> None:
     tracker = Tracker()
     tracks = []

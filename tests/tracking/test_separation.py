@@ -51,6 +51,19 @@ def test_a_cable_that_is_cut_in_plain_sight_is_two_and_the_longer_one_keeps_the_
     assert {track.velocity is not None for track in tracks} == {True}
 
 
+def test_parts_that_move_together_are_not_apart_though_one_was_covered_for_a_while():
+    """The ends of both are compared in the frames that showed both."""
+    tracker, gap = Tracker(), 6.0
+    for k in range(34):
+        x = 6.0 * k
+        if k == 33:
+            tracker.update([joined(gap, left=x, right=x + LENGTH, at=x + CUT)], k / 30)
+            continue
+        first, second = line((x, BELOW), (x + CUT, BELOW)), line((x + CUT + gap, BELOW), (x + LENGTH, BELOW))
+        tracker.update([second] if 18 <= k < 28 else [first, second], k / 30)
+    assert [one.apart for one in tracker.predict()] == [set(), set()]
+
+
 @pytest.mark.parametrize("bridged", [True, False])
 def test_a_cable_that_something_passes_over_is_one_since_its_parts_are_shorter_by_the_gap(bridged: bool):
     tracker = Tracker()

@@ -175,6 +175,23 @@ class TestLife:
         assert ids(see(second, level(0))) == [1]
 
 
+def test_nothing_is_predicted_for_a_time_before_the_last_frame():
+    tracker = Tracker()
+    for k in range(5):
+        tracker.update([line((20.0, 50.0), (220.0, 50.0))], k / 30)
+    assert len(tracker.predict(4 / 30 - 1e-9)) == len(tracker.predict(5 / 30)) == 1
+    assert tracker.predict(0.0) == ()
+
+
+def test_a_width_of_nothing_is_not_known():
+    tracker = Tracker()
+    for _ in range(3):
+        tracker.update([line((20.0, 50.0), (220.0, 50.0))], widths=[0.0])
+    parts = [line((20.0, 50.0), (110.0, 50.0)), line((130.0, 50.0), (220.0, 50.0))]
+    (track,) = tracker.update(parts, widths=[0.0, 0.0])
+    assert track.width_px is None
+
+
 def test_the_same_frames_give_the_same_tracks():
     def frames() -> list[list[Detection]]:
         rng = np.random.default_rng(3)

@@ -90,7 +90,8 @@ def _list_pairs(
         Cost of each pair, and how much more that is than both ends left open, nats.
     """
     branches, width = matching.branches, graph.width
-    ids, nodes, states = ends_of(np.array(branches.branch_id)), np.array(branches.nodes), branches.end_states
+    branch_id, nodes = (np.array(given, np.int64) for given in (branches.branch_id, branches.nodes))
+    ids, states = ends_of(branch_id), branches.end_states
     roundness, open_cost = graph.end_roundness[ids], np.array(branches.open_cost)
     pairs = _different_cables(graph, ends, ids, nodes)
     joints = describe_pairs(states, ends[pairs], nodes, roundness, width)

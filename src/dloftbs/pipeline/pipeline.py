@@ -168,7 +168,7 @@ class Pipeline:
         self._next_index = frame.index + 1
         preparation.prepare((*kernel_rooms(self._config, frame), "evidence.kernels.occlusion_pixels", "tracking"))
         since = perf_counter()
-        predicted = self._tracker.predict(frame.stamp)
+        predicted = self._tracker.predict(frame.stamp) if self._size in (None, whole.size) else ()
         predicted_ms = 1e3 * (perf_counter() - since)
         if whole.size != self._size:  # another camera
             self._size = whole.size

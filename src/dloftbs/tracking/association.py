@@ -143,10 +143,11 @@ def _moved_apart(one: TrackModel, other: TrackModel, bridged_px: float) -> bool:
     Parts that grow together are one object, and an end that was hidden may have gone on. `bridged_px` is the length of
     the gaps of the detection.
     """
-    back = np.arange(min(one.hits, other.hits, HISTORY_FRAMES - 1))
+    last = one.lengths.frames, other.lengths.frames
+    back = np.arange(min(*last, HISTORY_FRAMES - 1))
     if not len(back):
         return False
-    first, second = (one.hits - back) % HISTORY_FRAMES, (other.hits - back) % HISTORY_FRAMES
+    first, second = ((frames - back) % HISTORY_FRAMES for frames in last)
     now = one.points[[0, -1]][:, None] - other.points[[0, -1]]
     i, j = np.unravel_index(np.linalg.norm(now, axis=2).argmin(), (2, 2))
     distances = np.linalg.norm(one.lengths.recent_ends[first, i] - other.lengths.recent_ends[second, j], axis=1)

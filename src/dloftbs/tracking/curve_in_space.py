@@ -13,11 +13,11 @@ import numpy as np
 
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.curve_samples import sample_curve
-from dloftbs.kernels.polyline_lengths import arc_lengths, arc_parameter
+from dloftbs.kernels.polyline_lengths import arc_lengths
 from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_before
+from dloftbs.tracking.partial_match import PartialMatch, hidden_before
 from dloftbs.tracking.reconstruction import CURVE_SAMPLES, EVEN_U, VisiblePart, reconstruct
 
 
@@ -40,7 +40,7 @@ def reconstruct_in_space(
         curve = match.observation.curve_3d
         if curve is None:
             continue
-        seen = span_in_space(curve, match.curve_span, view)
+        seen = view.span_in_space(curve, match.curve_span)
         share = min(sample_curve(curve, *seen)[1] / metres, 1.0)
         low, high = match.track_span
         rest = 1.0 - (high - low)
@@ -51,19 +51,7 @@ def reconstruct_in_space(
             parts.append(VisiblePart(curve, (start, min(start + share, 1.0)), seen))
     if not parts:
         return None, parts
-    return reconstruct(sample_curve(before, *scope, CURVE_SAMPLES)[0], parts, metres), parts
-
-
-def span_in_space(curve_3d: BSplineCurve, span: tuple[float, float], view: View) -> tuple[float, float]:
-    """Return the span of a curve in space whose image is a span of the curve in the image; the same without a camera.
-
-    Depth that jumps, where a detection goes over from one cable to another, is long in space and short in the image.
-    """
-    points = None if span == WHOLE else view.project(sample_curve(curve_3d, count=CURVE_SAMPLES)[0])
-    if points is None:
-        return span
-    low, high = np.interp(span, arc_parameter(points, False), EVEN_U).tolist()
-    return low, high
+    return reconstruct(sample_curve(before, *view.span_in_space(before, scope), CURVE_SAMPLES)[0], parts, metres), parts
 
 
 def place_by_space(

@@ -13,10 +13,12 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.curve_samples import SAMPLES, sample_curve
 from dloftbs.data.frame_region import distances_to
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
+from dloftbs.kernels.polyline_lengths import arc_parameter
 from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.kernels.interpolation import extend_ends
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE
+from dloftbs.tracking.reconstruction import CURVE_SAMPLES, EVEN_U
 
 _BORDER_PX = 3.0
 """Distance from the image's border within which it may cut an end, px, besides `_BORDER_WIDTHS`.
@@ -112,12 +114,14 @@ class View:
         curve_3d: BSplineCurve | None,
         span: tuple[float, float] = WHOLE,
     ) -> tuple[EndView, EndView]:
-        """Return the same of points (n, 2) along a curve, which are those of a span of one in space."""
+        """Return the same of points (n, 2), those of a span of a curve in the image that is `curve_3d` in space."""
         first, last = self.are_at_border(points, width)
         if self.occlusion is None:
             return EndView(first), EndView(last)
         places = extend_ends(points, _BEYOND, _BORDER_PX if math.isnan(width) else width)
-        depth_m = None if curve_3d is None else sample_curve(curve_3d, *span)[0][_AT_ENDS, 2]
+        depth_m = None
+        if curve_3d is not None:
+            depth_m = sample_curve(curve_3d, *self.span_in_space(curve_3d, span))[0][_AT_ENDS, 2]
         start, stop = self.occlusion.look(places, width, depth_m).reshape(2, -1).tolist()
         hidden = HIDDEN in start, HIDDEN in stop
         # Nearer places may lie on the end itself.
@@ -134,3 +138,15 @@ class View:
     def project(self, points_m: FloatArray) -> FloatArray | None:
         """Return points (n, 3) in space as the camera sees them, (n, 2); None if it is not known to."""
         return None if self.occlusion is None else self.occlusion.project(points_m)
+
+    def span_in_space(self, curve_3d: BSplineCurve, span: tuple[float, float]) -> tuple[float, float]:
+        """Return the span of a curve in space that is seen as a span of the curve in the image.
+
+        It is the same without a camera. Depth that jumps, where a detection goes over from one cable to another, is
+        long in space and short in the image.
+        """
+        points = None if span == WHOLE else self.project(sample_curve(curve_3d, count=CURVE_SAMPLES)[0])
+        if points is None:
+            return span
+        low, high = np.interp(span, arc_parameter(points, False), EVEN_U).tolist()
+        return low, high

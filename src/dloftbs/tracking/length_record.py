@@ -38,9 +38,11 @@ class LengthRecord:
     ----------
     px : float
     recent_px : numpy.ndarray, shape (HISTORY_FRAMES,)
-        In the last frames, by the number of hits; NaN where empty.
+        In the last frames, by their number; NaN where empty, and in frames that did not show the object.
     recent_ends : numpy.ndarray, shape (HISTORY_FRAMES, 2, 2)
         Both ends of the curve in these; NaN where one was not seen.
+    frames : int
+        Number of frames since the first that is recorded.
     full_px : list of float
         In the last frames, `HISTORY_FRAMES` at most, that showed the whole object without long gaps.
     full_m : list of float
@@ -54,6 +56,7 @@ class LengthRecord:
     px: float
     recent_px: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
     recent_ends: FloatArray = field(default_factory=lambda: np.full((HISTORY_FRAMES, 2, 2), np.nan))
+    frames: int = 0
     full_px: list[float] = field(default_factory=list)
     full_m: list[float] = field(default_factory=list)
     full_width: float = math.nan
@@ -113,10 +116,18 @@ class LengthRecord:
         if not math.isnan(self.px_per_m):
             self.full_m = [*self.full_m[1 - HISTORY_FRAMES :], length / self.px_per_m]
 
-    def record(self, start: FloatArray | float, end: FloatArray | float, hits: int) -> None:
+    def record(self, start: FloatArray | float, end: FloatArray | float) -> None:
         """Record the length, and the ends of the curve, in a frame that showed the object."""
-        at = hits % HISTORY_FRAMES
-        self.recent_ends[at, 0], self.recent_ends[at, 1], self.recent_px[at] = start, end, self.px
+        self._record(start, end, self.px)
+
+    def record_miss(self) -> None:
+        """Record a frame that did not show the object, so that the frames of two tracks are the same ones."""
+        self._record(math.nan, math.nan, math.nan)
+
+    def _record(self, start: FloatArray | float, end: FloatArray | float, length: float) -> None:
+        self.frames += 1
+        at = self.frames % HISTORY_FRAMES
+        self.recent_ends[at, 0], self.recent_ends[at, 1], self.recent_px[at] = start, end, length
 
     def is_usual(self, length: float, tolerance: float) -> bool:
         """Return True if a length agrees with most frames that showed the whole object."""

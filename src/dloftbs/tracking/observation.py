@@ -168,6 +168,7 @@ def make_observations(
             given = widths[index]
             unknown = isinstance(given, float) and math.isnan(given)
             width = math.nan if unknown else check_number("a width", given, 0.0, LARGEST)
+        width = width or math.nan  # nothing has a width of 0: it is not known
         points, length = sample_curve(curve)
         if length > 0.0:
             gaps = () if detection is None else detection.centerline.gaps

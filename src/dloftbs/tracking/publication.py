@@ -27,7 +27,7 @@ def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view:
         observation = first.observation
         return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0, (low, high))
     inside = [match.within(low, high).clip_to_track() for match in matches]
-    return _cut_visible(model, (low, high), inferred_spans(inside))
+    return _cut_visible(model, (low, high), inferred_spans(inside), view)
 
 
 def _unseen_limits(model: TrackModel, first: float, last: float) -> tuple[float, float]:
@@ -40,7 +40,7 @@ def _unseen_limits(model: TrackModel, first: float, last: float) -> tuple[float,
     return low, max(float(after[0]) - step, last) if len(after) else 1.0
 
 
-def make_hidden_curve(model: TrackModel) -> VisibleCurve | None:
+def make_hidden_curve(model: TrackModel, view: View) -> VisibleCurve | None:
     """Return the published curve of a track that is hidden as a whole, as far as it is not in plain sight.
 
     None if less than half of it is under what is known to hide it, or if plain sight is in between.
@@ -51,14 +51,14 @@ def make_hidden_curve(model: TrackModel) -> VisibleCurve | None:
     if end - first <= SAMPLES // 2:
         return None
     span = float(U[first]), float(U[end - 1])
-    return _cut_visible(model, span, (WHOLE,))
+    return _cut_visible(model, span, (WHOLE,), view)
 
 
-def _cut_visible(model: TrackModel, span: tuple[float, float], inferred: Spans) -> VisibleCurve:
+def _cut_visible(model: TrackModel, span: tuple[float, float], inferred: Spans, view: View) -> VisibleCurve:
     """Return a span of a track as its published curve."""
     if span == WHOLE:
         return VisibleCurve(model.curve, model.curve_3d, inferred, model.sight.confidence)
-    curve_3d = None if model.curve_3d is None else cut(model.curve_3d, span)
+    curve_3d = None if model.curve_3d is None else cut(model.curve_3d, _in_space(model, span, view))
     return VisibleCurve(cut(model.curve, span), curve_3d, inferred, model.sight.confidence, span)
 
 
@@ -78,7 +78,9 @@ def to_track(model: TrackModel, view: View) -> Track:
         None if math.isnan(model.width) else model.width,
         _ends(model, visible, view),
         _between(model.motion.velocity, visible.track_span) if model.motion.is_known else None,
-        None if model.motion.velocity_3d is None else _between(model.motion.velocity_3d, visible.track_span),
+        None
+        if model.motion.velocity_3d is None
+        else _between(model.motion.velocity_3d, _in_space(model, visible.track_span, view)),
         model.camera,
     )
 
@@ -95,6 +97,10 @@ def _ends(model: TrackModel, visible: VisibleCurve, view: View) -> tuple[EndKind
         first = EndKind.HIDDEN if visible.inferred[0][0] <= 0.0 else first
         last = EndKind.HIDDEN if visible.inferred[-1][1] >= 1.0 else last
     return first, last
+
+
+def _in_space(model: TrackModel, span: tuple[float, float], view: View) -> tuple[float, float]:
+    return span if model.curve_3d is None else view.span_in_space(model.curve_3d, span)
 
 
 def _between(samples: FloatArray, span: tuple[float, float]) -> FloatArray:

@@ -223,6 +223,7 @@ class TrackModel:
         self.sight.see_nothing(told, self.length_widths, dt)
         self.state = self.state if self.state is TrackState.TENTATIVE else TrackState.HIDDEN
         self.existence.add(MISSED_NATS)
+        self.lengths.record_miss()
         self.misses += 1
         self.missing_s += dt
         self.visible = self.detection = None
@@ -246,7 +247,7 @@ class TrackModel:
     def record(self, kinds: tuple[EndKind, EndKind] | None) -> None:
         """Record the length and the ends of the object in the last frame: those that nothing cuts there."""
         first, last = (False, False) if kinds is None else (kinds[0] is EndKind.FREE, kinds[1] is EndKind.FREE)
-        self.lengths.record(self.points[0] if first else np.nan, self.points[-1] if last else np.nan, self.hits)
+        self.lengths.record(self.points[0] if first else np.nan, self.points[-1] if last else np.nan)
         if first and last and self.lengths.full_px and self.visible is None and not self.sight.inferred:
             self.separation.see_whole(self.lengths.full_px[-1])
 

@@ -24,6 +24,12 @@ _VELOCITY_GAIN = 0.8
 Source: by hand; little smoothing, as lag costs more than noise.
 """
 
+_MIN_STEP_S = 1e-3
+"""Time between two frames below which their difference shows errors, and no motion, s.
+
+Source: by definition; no camera takes more than a thousand frames a second, but stamps come in bursts.
+"""
+
 _MOTION_S = 0.1
 """Time for which a motion goes on by itself, s.
 
@@ -53,14 +59,18 @@ class Motion:
     def step(self, before: FloatArray, now: FloatArray, dt: float, *, is_known: bool) -> None:
         """Take a step of the samples, px, into their velocities, if it is known that it shows them."""
         self.is_known = is_known
-        former = self.velocity
-        self.velocity = filter_velocity(former, before, now, dt, _VELOCITY_GAIN) if is_known else np.zeros((SAMPLES, 2))
+        if not is_known:
+            self.velocity = np.zeros((SAMPLES, 2))
+        elif dt >= _MIN_STEP_S:
+            self.velocity = filter_velocity(self.velocity, before, now, dt, _VELOCITY_GAIN)
 
     def measure_in_space(self, curve_3d: BSplineCurve | None, dt: float) -> None:
         """Take the step of the curve in space since the last frame into its velocity."""
         before, self.points_3d = self.points_3d, None if curve_3d is None else sample_curve(curve_3d)[0]
         if before is None or self.points_3d is None or not self.is_known:
             self.velocity_3d = None
+        elif dt < _MIN_STEP_S:
+            return
         elif self.velocity_3d is None:
             self.velocity_3d = (self.points_3d - before) / dt
         else:

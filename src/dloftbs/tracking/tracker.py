@@ -155,10 +155,16 @@ class Tracker:
         return self._tracks
 
     def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
-        """Predict the curves of confirmed and hidden tracks at a time, or in the next frame; nothing changes."""
+        """Predict the curves of confirmed and hidden tracks at a time, or in the next frame; nothing changes.
+
+        There are none at a time before the last frame's: a frame of that time would be of another stream.
+        """
         dt, stamp = self._config.frame_s, check_stamp(stamp)
         if stamp is not None and self._stamp is not None:
-            dt = max(stamp - self._stamp, 0.0)
+            dt = stamp - self._stamp
+            if dt < -_ROUNDING_S:
+                return ()
+            dt = max(dt, 0.0)
         duration = extrapolated_time(dt)
         return tuple(
             Prediction(
@@ -287,7 +293,7 @@ def _publish(models: Sequence[TrackModel], view: View, dt: float) -> tuple[list[
     lost: list[Track] = []
     for model in models:
         if model.misses:
-            model.visible = make_hidden_curve(model)
+            model.visible = make_hidden_curve(model, view)
         else:
             model.measure_in_space(dt)
         track = to_track(model, view)

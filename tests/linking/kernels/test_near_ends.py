@@ -47,6 +47,12 @@ def test_of_too_many_pairs_the_nearest_ones_are_listed(max_gap: float) -> None:
     assert len(pairs) == (apart(positions, every) <= longest).sum()
 
 
+def test_without_gaps_ends_at_one_place_are_near_however_many_there_are() -> None:
+    positions = 5.0 * np.arange(400)[:, None].repeat(2, axis=0).repeat(2, axis=1)[::-1]
+    pairs = listed(positions, np.arange(800), 0.0)
+    assert pairs == [(2 * k, 2 * k + 1) for k in range(400)]
+
+
 def test_no_end_is_near_itself_or_none() -> None:
     positions = np.zeros((1, 2))
     assert listed(positions, np.array([0]), 10.0) == []

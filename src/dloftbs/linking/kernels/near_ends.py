@@ -38,7 +38,7 @@ def _longest_gap(x: _Floats, y: _Floats, max_gap: float) -> float:
         px.
     """
     m = len(x)
-    if m * (m - 1) // 2 <= MAX_GAPS:
+    if m * (m - 1) // 2 <= MAX_GAPS or max_gap <= 0.0:
         return max_gap
     longest = min(max_gap, max(x[0] - x[m - 1], y.max() - y.min()))
     counts = np.zeros(_STEPS + 1, dtype=np.int64)
