@@ -176,12 +176,11 @@ def _degrees(branches: Branches) -> list[int]:
 
 def _lengthen_gaps(u: FloatArray, counts: list[int], matching: EndMatching, pieces: list[Piece]) -> None:
     """Lengthen the parameter of a line across its gaps to the length of the arc there, in place."""
-    nodes, partner = matching.branches.nodes, matching.partner
     at, found = counts[0], False
     for count, piece in zip(counts[1:], pieces[1:], strict=True):
         end = piece.entered
-        if nodes[end] < 0 or nodes[partner[end]] != nodes[end]:
-            _widen(u, at, _arc_over_chord(matching, end))
+        if not matching.is_crossing(end):
+            u[at:] += (_arc_over_chord(matching, end) - 1.0) * (u[at] - u[at - 1])
             found = True
         at += count
     if found and u[-1] > 0.0:
@@ -260,11 +259,6 @@ def _arc_over_chord(matching: EndMatching, end: int) -> float:
     comes = math.atan2(-cx * back_y + cy * back_x, -cx * back_x - cy * back_y)
     half_turn = min(0.5 * abs(leaves + comes), _MAX_HALF_TURN)
     return half_turn / math.sin(half_turn) if half_turn > 1e-3 else 1.0
-
-
-def _widen(u: FloatArray, at: int, factor: float) -> None:
-    """Lengthen the step of the parameter from one point to the next, in place."""
-    u[at:] += (factor - 1.0) * (u[at] - u[at - 1])
 
 
 def _loop(points: FloatArray, radius: FloatArray, u: FloatArray, width: float, sure: float) -> Centerline:

@@ -148,7 +148,7 @@ def _extend_through_junction(
     That part of the cable is too short for a branch of its own.
     """
     branch, width = branch_of(end), graph.width
-    if branch >= graph.branch_count or not matching.is_open(end) or graph.spurs[branch]:
+    if branch >= graph.branch_count:
         return
     ray = matching.branches.end_states[end, RAY]
     ahead = shown_ahead(mask, ray, axes.near(end), width)

@@ -77,7 +77,7 @@ def match_whole_objects(
     nearest, cost = np.minimum(there, back), np.full(gates.shape, _APART)
     for t, d in np.argwhere(nearest < gates).tolist():
         model, one = models[t], observations[d]
-        if not (model.is_short(one) and _is_cut(one, model, view)):
+        if not (model.is_short(one) and any(end.hidden for end in view.ends(one, model.width))):
             place = nearest[t, d] / (_PLACE_WIDTHS * width)
             surprise = place + _PER_DEVIATION * length_surprise(model, one, one.object_length)
             cost[t, d] = min(surprise, _APART)
@@ -97,11 +97,6 @@ def _runs_backwards(one: Observation, shown: TrackObservation) -> bool | None:
     """Return whether the longest part of an observation shows a track backwards; None if no part of it does."""
     parts = [match.observation for match in shown.matches if match.observation.detection_index == one.detection_index]
     return max(parts, key=lambda part: part.length).backwards != one.backwards if parts else None
-
-
-def _is_cut(observation: Observation, model: TrackModel, view: View) -> bool:
-    """Return whether the frame shows that something hides what lies beyond an end."""
-    return any(end.hidden for end in view.ends(observation, model.width))
 
 
 def rank_readings(
