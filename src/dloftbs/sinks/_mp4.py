@@ -83,13 +83,15 @@ class H264Mp4:
         """Raise errors in the block as `SinkError`, and cut the file back to whole fragments."""
         try:
             yield
-        except (self._av.FFmpegError, SinkError) as error:
+        except (self._av.FFmpegError, self._av.codec.codec.UnknownCodecError, SinkError) as error:
             self._output.ended = True
             with suppress(SinkError):  # the first error says more
                 self._file.shorten(self._whole)
             if isinstance(error, SinkError):
                 raise
-            raise SinkError(f"cannot write {str(self._file.path)!r}: {error}") from error
+            is_known = not isinstance(error, self._av.codec.codec.UnknownCodecError)
+            why = error if is_known else f"this build of PyAV has no encoder {CODEC}; that of pip install av has"
+            raise SinkError(f"cannot write {str(self._file.path)!r}: {why}") from error
 
 
 class _Output:
