@@ -15,6 +15,7 @@ import numpy.typing as npt
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
+from dloftbs.sinks._earlier_files import EarlierFiles
 from dloftbs.sinks._images import encode, fitted
 from dloftbs.sinks._mp4 import H264Mp4
 from dloftbs.sinks.sink import PathSink
@@ -165,7 +166,8 @@ class OverlayImagesSink(PathSink):
     A picture is named as its frame, without folder and suffix, in at most 200 bytes that every file system takes: as
     ``cable_000012`` for ``cable.mp4#12``, or by the frame's index in six digits where it has no name; so none ever
     leaves the folder. What comes a second time under the same name gets ``_1`` and so on. Pictures of an earlier run
-    are replaced. Each appears as a whole or not at all, whenever the process dies. The names used stay in memory.
+    are replaced, and closing warns in the log of those that stay. Each appears as a whole or not at all, whenever the
+    process dies. The names used stay in memory.
 
     Parameters
     ----------
@@ -197,15 +199,18 @@ class OverlayImagesSink(PathSink):
         self._format = suffix
         self._suffix = f"{ending}{suffix}"
         self._unused = UnusedNames()
+        self._earlier = EarlierFiles(self._path, self._suffix)
         self._claim = claim_folder(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         data = encode(check_image(self._draw(frame, result)), self._format)
-        target = self._path / f"{self._unused(picture_name(frame))}{self._suffix}"
-        write_whole(target, data)
+        name = f"{self._unused(picture_name(frame))}{self._suffix}"
+        self._earlier.replaced_by(name)
+        write_whole(self._path / name, data)
 
     def _close(self) -> None:
         self._claim.release()  # every picture is complete already
+        self._earlier.warn()
 
 
 def picture_name(frame: Frame) -> str:
