@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator
+from pathlib import Path
 
 from dloftbs.data.frame import Frame
 from dloftbs.sources import Source
@@ -25,8 +26,11 @@ class KnownSequence(Source):
     scene_name : str or None
         Name of what is seen, the same for sequences that show the same motion under other noise; None where it is the
         sequence's own.
+    folder : Path or None
+        That frames and truth are read from; None where they are made.
     """
 
+    folder: Path | None = None
     tolerance_px: float | None = None
     scene_name: str | None = None
     is_branched: bool = False

@@ -37,12 +37,33 @@ def test_the_published_method_for_one_cable_is_that_of_the_library(tmp_path):
 
 def test_a_file_keeps_of_the_paper_what_it_leaves_out(tmp_path, monkeypatch):
     of_paper = Config().replace({"linking.max_gap_widths": 1.5, "fitting.knots": 5})
-    monkeypatch.setattr(Config, "paper", lambda objects: of_paper)
+    monkeypatch.setattr(Config, "paper", lambda objects=None: of_paper)
     file = tmp_path / "my.yaml"
     file.write_text("fitting: {knots: 9}\n")
     config = printed("--paper", "--config", file)
     assert config.linking.max_gap_widths == 1.5
     assert config.fitting.knots == 9
+
+
+@pytest.mark.parametrize(
+    ("text", "stated"),
+    [
+        (Config().to_yaml(), "linking.method: bending, but the published method has greedy"),
+        ("tracking: {method: motion}", "tracking.method: motion, but the published method has nearest"),
+    ],
+)
+def test_the_paper_refuses_a_file_that_states_another_method(tmp_path, text, stated):
+    file = tmp_path / "my.yaml"
+    file.write_text(text)
+    refused = run("config", "print", "--paper", "--config", file, code=2).stderr
+    assert stated in " ".join(refused.split())
+    run("config", "print", "--config", file)
+
+
+def test_the_paper_takes_a_complete_file_of_its_own(tmp_path):
+    (tmp_path / "paper.yaml").write_text(Config.paper().replace({"fitting.knots": 9}).to_yaml())
+    config = printed("--paper", "--config", tmp_path / "paper.yaml")
+    assert config == Config.paper().replace({"fitting.knots": 9})
 
 
 def test_an_empty_file_changes_nothing(tmp_path):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from cli.cli_inputs import RED, mask, photo, run, save
 
+from dloftbs import sources
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import Config
 from dloftbs.data.curve import BSplineCurve
@@ -292,3 +293,32 @@ def test_an_animation_among_images_has_all_its_frames(tmp_path):
     rows = lines(run("detect", *paths, "--hsv", RED))
     assert [row["index"] for row in rows] == list(range(6))
     assert [len(row["detections"]) for row in rows] == [1] * 6
+
+
+def names_in(result):
+    return [json.loads(line)["name"] for line in result.stdout.splitlines()]
+
+
+def test_inputs_of_one_name_are_told_apart_by_their_folders(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("day1/p.png", "day2/p.png", "day2/q.png"):
+        save(tmp_path / name, mask())
+    np.save("day1/s.npy", np.stack([mask()] * 2))
+    np.save("day2/s.npy", mask())
+    assert names_in(run("detect", "day2/p.png", "day1/p.png")) == ["day2/p.png", "day1/p.png"]
+    assert names_in(run("detect", "day1", "day2/*.png")) == ["day1/p.png", "day2/p.png", "day2/q.png"]
+    assert names_in(run("detect", "day1/p.png", "day2/q.png")) == ["p.png", "q.png"]
+    stacks = names_in(run("detect", "day1/s.npy", "day2/s.npy"))
+    assert stacks == ["day1/s.npy#0", "day1/s.npy#1", "day2/s.npy#0"]
+
+
+def test_labels_of_inputs_of_one_name_are_read_back(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    paths = [save(tmp_path / name, mask(y)) for name, y in (("p.png", 20), ("day1/p.png", 50), ("day2/p.png", 80))]
+    run("detect", *paths, "--out", "labels.json", "--overlay", "drawn/")
+    assert {path.name for path in (tmp_path / "drawn").iterdir()} == {"p.png", "p_1.png", "p_2.png"}
+    found = json.loads((tmp_path / "labels.json").read_text())["images"]
+    assert [image["file_name"] for image in found] == ["p.png", "day1/p.png", "day2/p.png"]
+    with sources.open(paths, instances="labels.json") as source:
+        rows = [float(np.nonzero(frame.instances)[0].mean()) for frame in source]
+    assert rows == pytest.approx([20, 50, 80], abs=0.5)

@@ -1,6 +1,8 @@
 """``--local``, ``--background``, and ``dloftbs background``: cables that no colour tells from their ground."""
 
 import json
+import os
+import signal
 
 import cv2
 import numpy as np
@@ -9,6 +11,7 @@ from cli.cli_inputs import photo, run, save
 from uneven_pictures import iou, line, lit, picture
 
 from dloftbs.config import BackgroundConfig, Config, LocalConfig
+from dloftbs.sources.image_files import FileSource
 
 
 def detections(text):
@@ -83,6 +86,22 @@ def test_frames_that_cannot_be_read_are_reported_and_the_rest_makes_a_background
     assert "4.png" in made.stderr
     limited = run("background", clip, "--limit", 3, "--out", "first.png")
     assert "first.png: the background of 3 frames" in limited.stderr
+
+
+@pytest.mark.parametrize("live", [False, True])
+def test_after_ctrl_c_a_camera_has_a_background_and_a_recording_has_none(clip, tmp_path, monkeypatch, live):
+    class Interrupted(FileSource):
+        def _read(self, path):
+            if path.name == "4.png":
+                os.kill(os.getpid(), signal.SIGINT)
+            return super()._read(path)
+
+    monkeypatch.setattr("dloftbs.sources.FileSource", Interrupted)
+    monkeypatch.setattr(Interrupted, "live", live)
+    (tmp_path / "empty.png").write_bytes(b"precious")
+    ended = run("background", clip, "--out", "empty.png", code=0 if live else 130)
+    assert ("the background of 5 frames" in ended.stderr) == live
+    assert ((tmp_path / "empty.png").read_bytes() == b"precious") == (not live)
 
 
 def test_a_background_of_nothing_is_refused(tmp_path):

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import time
 
+import av
 import cv2
+import numpy as np
 import pytest
 from cli.cli_inputs import RED, mask, photo, run, save
 
@@ -157,6 +159,27 @@ def test_frames_of_a_camera_are_left_out_rather_than_late(tmp_path, monkeypatch,
     else:  # it may be a file
         assert indices == list(range(60))
         assert "left out" not in result.stderr
+
+
+class SlowCamera(FastCamera):
+    """A camera that comes at a tenth of the rate that it says."""
+
+    def read(self):
+        time.sleep(0.02)
+        return super().read()
+
+    def get(self, key):
+        return 200.0 if key == cv2.CAP_PROP_FPS else 0.0
+
+
+def test_the_overlay_video_of_a_camera_lasts_as_long_as_what_it_shows(tmp_path, monkeypatch):
+    monkeypatch.setattr(cv2, "VideoCapture", SlowCamera)
+    monkeypatch.setattr("dloftbs.sources.video.RETRY_S", 0.0)
+    run("track", "0", "--hsv", RED, "--out", tmp_path / "curves.jsonl", "--overlay", tmp_path / "overlay.mp4")
+    stamps = np.array([row["stamp"] for row in lines(tmp_path / "curves.jsonl")])
+    with av.open(str(tmp_path / "overlay.mp4")) as overlay:
+        times = [float(picture.time) for picture in overlay.decode(video=0)]
+    assert times == pytest.approx(stamps - stamps[0], abs=1e-3)
 
 
 def test_a_batch_in_several_threads_gives_what_one_gives(tmp_path):

@@ -92,6 +92,52 @@ def test_a_folder_that_holds_inputs_gets_no_results(place, out):
     assert contents(place.parent) == before
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("detect mask.png --overlay=~/mask.png", "would replace the input mask.png"),
+        ("detect photo.png --masks=~/mask.png --overlay mask.png", "--overlay mask.png would replace the input"),
+        ("detect photo.png --masks=~/{stem}_m.png --overlay photo_m.png", "--overlay photo_m.png would replace"),
+        ("detect ~/in.labelme/0.png --out=~/in.labelme", "holds inputs, which the results would replace"),
+        ("track a.npz --out=~/a.npz", "would replace the input a.npz"),
+        ("track ~/a.npz --out a.npz", "--out a.npz would replace the input"),
+        ("track a.npz --out b.csv --out=~/b.csv", "are the same place"),
+        ("background cable.mp4 --out=~/mask.png --limit 1", None),
+        ("background ~/mask.png --out=~/mask.png", "would replace the input"),
+    ],
+)
+def test_a_tilde_names_the_same_files_as_the_home_folder(place, monkeypatch, arguments, message):
+    monkeypatch.setenv("HOME", str(place))
+    monkeypatch.setenv("USERPROFILE", str(place))
+    cv2.imwrite("photo_m.png", mask())
+    save(Path("in.labelme") / "0.png", mask())
+    before = contents(place.parent)
+    result = run(*arguments.split(), code=0 if message is None else 2)
+    if message is None:
+        assert contents(place.parent).keys() == before.keys()
+    else:
+        assert message in words(result)
+        assert contents(place.parent) == before
+
+
+def test_results_below_a_tilde_lie_in_the_home_folder_with_their_configuration(place, monkeypatch):
+    monkeypatch.setenv("HOME", str(place))
+    monkeypatch.setenv("USERPROFILE", str(place))
+    before = contents(place)
+    run("detect", "~/frames", "--overlay=~/frames", "--out=~/curves.csv", "--set", "fitting.knots=9")
+    run("detect", "mask.png", "--config=~/curves.config.yaml", "--out=~/again/curves.csv")
+    run("batch", "~/a.npz", "--out=~/results", "--jobs", "1")
+    after = contents(place)
+    assert {path: data for path, data in after.items() if path in before} == before
+    assert not (place / "~").exists()
+    assert {path.relative_to(place).as_posix() for path in after.keys() - before} == {
+        *("frames/0.overlay.png", "frames/1.overlay.png", "curves.csv", "curves.config.yaml"),
+        *("again/curves.csv", "again/curves.config.yaml"),
+        *("results/a.npz.jsonl", "results/a.npz.status.json", "results/batch.config.yaml"),
+    }
+    assert Config.from_file(place / "again" / "curves.config.yaml").fitting.knots == 9
+
+
 @pytest.mark.parametrize("scheme", ["file://", "FILE:"])
 def test_the_address_of_a_file_is_an_input_too(place, scheme):
     before = contents(place)

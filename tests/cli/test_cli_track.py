@@ -1,6 +1,7 @@
 import json
 import signal
 import time
+from fractions import Fraction
 
 import cv2
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 from cli.cli_inputs import RED, mask, photo, run, save, start
 
 from dloftbs.sinks import read_json_lines, read_npz
+from dloftbs.sinks._mp4 import H264Mp4
+from dloftbs.support.safe_files import AppendFile
 
 
 def masks(path, count, size=(60, 90)):
@@ -150,6 +153,19 @@ def test_the_video_of_every_nth_frame_runs_at_the_pace_of_the_input(tmp_path):
     run("track", stack, "--every", 3, "--fps", 30, "--overlay", tmp_path / "overlay.mp4")
     video = cv2.VideoCapture(str(tmp_path / "overlay.mp4"))
     assert (video.get(cv2.CAP_PROP_FRAME_COUNT), video.get(cv2.CAP_PROP_FPS)) == (3, 10)
+    video.release()
+
+
+def test_the_video_of_a_very_fast_recording_has_the_largest_rate(tmp_path):
+    file = AppendFile(tmp_path / "fast.mp4")
+    fast = H264Mp4(file, (60, 90), Fraction(2000), "mp4")
+    for number in range(4):
+        fast.add(photo(20 + number, (60, 90)))
+    fast.finish()
+    file.close()
+    run("track", file.path, "--hsv", RED, "--overlay", tmp_path / "overlay.mp4")
+    video = cv2.VideoCapture(str(tmp_path / "overlay.mp4"))
+    assert (video.get(cv2.CAP_PROP_FRAME_COUNT), video.get(cv2.CAP_PROP_FPS)) == (4, 1000)
     video.release()
 
 

@@ -81,6 +81,43 @@ def test_an_older_file_is_replaced_with_the_first_frame_and_not_before(tmp_path,
     assert (tmp_path / name).read_bytes() == (tmp_path / "again").read_bytes()
 
 
+def write_frames(name, count):
+    with examples.open_sink(str(name)) as sink:
+        for i in range(count):
+            sink.write(examples.frame(i), examples.detected(i, 1, in_space=True))
+
+
+@pytest.mark.parametrize(
+    ("name", "folder", "left"),
+    [("a.ply", "a", 3), ("a.obj", "a", 3), ("a.labelme", "a.labelme", 6), ("pictures", "pictures", 3)],
+)
+def test_files_of_an_earlier_run_that_stay_in_a_folder_are_counted_in_a_warning(tmp_path, caplog, name, folder, left):
+    for count in (5, 5):
+        write_frames(tmp_path / name, count)
+    (tmp_path / folder / "notes.txt").write_text("mine")
+    earlier = {path.name for path in (tmp_path / folder).iterdir()}
+    assert not caplog.records
+    write_frames(tmp_path / name, 2)
+    (warning,) = caplog.records
+    assert f"{tmp_path / folder}: {left} files of an earlier run stay" in warning.getMessage()
+    assert "such as 000002." in warning.getMessage()
+    assert {path.name for path in (tmp_path / folder).iterdir()} == earlier
+
+
+def test_the_mesh_of_a_single_frame_beside_a_folder_of_an_earlier_run_is_warned_of(tmp_path, caplog):
+    write_frames(tmp_path / "a.ply", 2)
+    write_frames(tmp_path / "a.ply", 1)
+    (warning,) = caplog.records
+    assert "2 files of an earlier run stay" in warning.getMessage()
+
+
+def test_pictures_with_an_ending_are_no_earlier_ones_of_those_with_another(tmp_path, caplog):
+    for ending in (".stages", ".overlay"):
+        with sinks.OverlayImagesSink(tmp_path, examples.draw, ending=ending) as sink:
+            sink.write(examples.frame(), examples.nothing())
+    assert not caplog.records
+
+
 @pytest.mark.parametrize("kind", [sinks.kind_of(name) for name in (*FILES, "a.png", "folder", "a.labelme")])
 def test_an_empty_path_is_not_the_current_folder(tmp_path, monkeypatch, kind):
     monkeypatch.chdir(tmp_path)

@@ -1,15 +1,17 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 
+import av
 import cv2
 import numpy as np
 import pytest
 import sinks.sink_examples as examples
 
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError
-from dloftbs.sinks import OverlayImagesSink, OverlayVideoSink, overlay_pictures
+from dloftbs.errors import InputError, SinkError
+from dloftbs.sinks import OverlayImagesSink, OverlayVideoSink, _mp4, overlay_pictures
 
 VIDEOS = ["a.mp4", "a.mov", "A.MP4"]
 
@@ -76,6 +78,49 @@ def test_without_frames_there_is_no_file(tmp_path, name):
 def test_fps_out_of_range(tmp_path, fps):
     with pytest.raises(InputError, match="fps"):
         OverlayVideoSink(tmp_path / "a.mp4", fps=fps)
+
+
+def times(path):
+    """Return when each picture of a video is shown, seconds."""
+    with av.open(str(path)) as video:
+        return [float(picture.time) for picture in video.decode(video=0)]
+
+
+@pytest.mark.parametrize("name", VIDEOS[:2])
+def test_a_video_without_a_rate_shows_its_pictures_at_their_stamps(tmp_path, name):
+    stamps = [5.0, 5.05, 5.25, 6.0, 6.000001, 8.5]
+    with OverlayVideoSink(tmp_path / name, fps=None, draw=examples.draw) as sink:
+        for i, stamp in enumerate(stamps):
+            sink.write(replace(examples.frame(i), stamp=stamp), examples.nothing())
+    assert times(tmp_path / name) == pytest.approx([stamp - 5.0 for stamp in stamps], abs=1e-4)
+
+
+def test_a_stamp_that_is_missing_or_does_not_rise_is_a_step_after_the_one_before(tmp_path):
+    with OverlayVideoSink(tmp_path / "a.mp4", fps=None, draw=examples.draw) as sink:
+        for i, stamp in enumerate([None, 7.0, 7.0, 3.0, 3.5, None, 9.0, 9.1]):
+            sink.write(replace(examples.frame(i), stamp=stamp), examples.nothing())
+    since = [1 / 30, 1 / 30, 1 / 30, 0.5, 1 / 30, 1 / 30, 0.1]
+    assert np.diff(times(tmp_path / "a.mp4")) == pytest.approx(since, abs=1e-4)
+
+
+@pytest.mark.parametrize("name", VIDEOS[:2])
+def test_a_picture_that_cannot_be_encoded_leaves_the_older_video(tmp_path, name):
+    (tmp_path / name).write_bytes(b"precious")
+    sink = OverlayVideoSink(tmp_path / name, draw=lambda frame, result: np.zeros((2, 40_000, 3), np.uint8))
+    with pytest.raises(SinkError, match="cannot write"), sink:
+        sink.write(examples.frame(), examples.nothing())
+    assert (tmp_path / name).read_bytes() == b"precious"
+
+
+def test_without_the_encoder_the_older_video_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr(_mp4, "CODEC", "libx264_of_nobody")
+    (tmp_path / "a.mp4").write_bytes(b"precious")
+    with (
+        pytest.raises(SinkError, match="has no encoder libx264_of_nobody"),
+        OverlayVideoSink(tmp_path / "a.mp4") as sink,
+    ):
+        sink.write(examples.frame(), examples.nothing())
+    assert (tmp_path / "a.mp4").read_bytes() == b"precious"
 
 
 def test_suffixes_that_no_video_or_picture_has(tmp_path):

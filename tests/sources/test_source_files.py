@@ -362,3 +362,17 @@ def test_an_empty_text_is_not_the_current_folder(tmp_path, monkeypatch, option):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=f"{option} is an empty text"):
         sources.open(**{"where": "a.png", option: ""})
+
+
+def names_of(where):
+    with sources.open(where) as source:
+        return [frame.name for frame in source]
+
+
+def test_files_of_one_name_in_several_folders_are_named_by_their_paths_below_the_common_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    paths = [save(tmp_path / "a" / name, MASK) for name in ("day1/p.png", "day2/p.png", "q.png")]
+    assert names_of("a/**/*.png") == ["day1/p.png", "day2/p.png", "q.png"]
+    assert names_of([paths[1], "a/day1/../day1/p.png"]) == ["day2/p.png", "day1/p.png"]
+    assert names_of([paths[0], paths[2]]) == ["p.png", "q.png"]
+    assert names_of([paths[0], paths[0]]) == ["p.png", "p.png"]

@@ -58,7 +58,12 @@ def config_options(command: Command) -> Command:
     ``--min-confidence``, ``--mask-is``, ``--roi`` overrides what comes before.
     """
 
-    @click.option("--paper", is_flag=True, help="Start from the published method instead of the default.")
+    @click.option(
+        "--paper",
+        is_flag=True,
+        help="Start from the published method instead of the default. A file of --config that states another method, "
+        "as a complete one does, is refused.",
+    )
     @click.option(
         "--config",
         "config_file",
@@ -165,26 +170,44 @@ def read_config(paper: bool, file: Path | None, changes: dict[str, Any], hsv: tu
     ------
     ConfigError
         If the file cannot be read, or a key or a value is wrong.
+    click.UsageError
+        As `stated_in`.
     """
     import msgspec
 
     from dloftbs.config import Config
 
-    stated = {} if file is None else stated_in(file)
+    stated = {} if file is None else stated_in(file, paper=paper)
     # The published method has a form of its own for one cable: without a threshold, unless one is stated, too.
     one = {**stated, **changes}.get("linking.objects") == 1
     config = (Config.paper(objects=1 if one else None) if paper else Config()).replace(stated).replace(changes)
     return msgspec.structs.replace(config, segmentation=config.segmentation.with_hsv(hsv)) if hsv else config
 
 
-def stated_in(file: Path) -> dict[str, Any]:
-    """Return what a file states, by dotted path: what it leaves out is not the default but what came before."""
+def stated_in(file: Path, *, paper: bool) -> dict[str, Any]:
+    """Return what a file states, by dotted path: what it leaves out is not the default but what came before.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read, or a key or a value is wrong.
+    click.UsageError
+        If it is to change the `paper`'s method, and states another one, whose settings would replace it unseen.
+    """
     from dloftbs.config import Config
     from dloftbs.support.documents import parse_yaml, read_text
 
     Config.from_file(file)  # whose messages name the file
     (sections,) = parse_yaml(read_text(file)) or ({},)
-    return {f"{section}.{key}": value for section, values in sections.items() for key, value in values.items()}
+    stated = {f"{section}.{key}": value for section, values in sections.items() for key, value in values.items()}
+    for section, values in Config.paper().to_dict().items() if paper else ():
+        key = f"{section}.method"
+        if stated.get(key, values.get("method")) != values.get("method"):
+            raise click.UsageError(
+                f"{file} states {key}: {stated[key]}, but the published method has {values['method']}: keep only the "
+                "sections segmentation and region of the file, or choose one of the two methods"
+            )
+    return stated
 
 
 def parse_changes(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:

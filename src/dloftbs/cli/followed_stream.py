@@ -14,8 +14,12 @@ from dloftbs.cli.stream_report import RunReport
 from dloftbs.config import Config
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.sinks.overlay_pictures import MAX_FPS, MIN_FPS
 from dloftbs.sources import Source
 from dloftbs.support.overlap import Ahead, Behind
+
+_FPS = 30.0
+"""Of a recording that has no rate."""
 
 Given = TypeVar("Given")
 Own = TypeVar("Own", bound="FollowedStream[Any]")
@@ -66,9 +70,15 @@ class FollowedStream(ABC, Generic[Given]):
     _in_turn: bool = False
 
     @property
-    def fps(self) -> float | None:
-        """Frames per second of those that are used."""
-        return self.source.fps and self.source.fps / self._options.every
+    def video_fps(self) -> float | None:
+        """Frames per second of a video of those that are used; None where their stamps say when each is shown.
+
+        A camera may be slower than it says, and frames of it are left out.
+        """
+        if self.source.live:
+            return None
+        rate = _FPS if self.source.fps is None else self.source.fps / self._options.every
+        return min(max(rate, MIN_FPS), MAX_FPS)
 
     @property
     @abstractmethod

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,10 @@ MIN_DEPTH_UNIT_M, MAX_DEPTH_UNIT_M = 1e-9, 1e3
 
 
 class FilledPath(click.Path):
-    """The path of a file or a folder. An empty text, of a variable that is not set, would be the current folder."""
+    """The path of a file or a folder, with ``~`` for the home folder, which shells leave in ``--out=~/results``.
+
+    An empty text, of a variable that is not set, would be the current folder.
+    """
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path."""
@@ -41,7 +45,7 @@ class FilledPath(click.Path):
             check_path("it", value)
         except InputError as error:
             self.fail(str(error), param, ctx)
-        return super().convert(value, param, ctx)
+        return super().convert(os.path.expanduser(value), param, ctx)
 
 
 def file_path(**options: Any) -> FilledPath:

@@ -132,7 +132,7 @@ def open_all_pictures(
     pictures: Mapping[str, tuple[str, str]],
     pipeline: Pipeline,
     *,
-    fps: float = 30.0,
+    fps: float | None = 30.0,
     answers: Answers = NO_ANSWERS,
 ) -> Iterator[Sink]:
     """Open the sinks for drawn frames one after the other, as `Outputs.pictures` has them.
@@ -142,8 +142,8 @@ def open_all_pictures(
     pictures : mapping of str to (str, str)
     pipeline : Pipeline
         Draws the stages; used by whoever writes to the sinks, and nobody else.
-    fps : float
-        Of a video.
+    fps : float or None
+        Of a video, as `OverlayVideoSink` has it.
     answers : Answers
         Answers that overlays show.
 

@@ -22,7 +22,8 @@ class CocoSink(PathSink):
     """Writes the masks of all objects into one .json in COCO's form, as training data for a segmentation network.
 
     ``images`` has an entry for each frame, in order: ``id`` from 1, ``file_name``, ``width``, ``height``. The name is
-    the frame's, as ``photo.png`` or ``video.mp4#12``; without one it is the frame's index in six digits.
+    the frame's, as ``photo.png`` or ``video.mp4#12``; without one it is the frame's index in six digits. Sources name
+    files of one name by their folders, too: ``day1/photo.png``.
 
     ``annotations`` has an entry for each object in a frame: a result's tracks, or its detections where it has none.
     Each has ``id`` from 1, ``image_id``, ``category_id``, ``iscrowd`` 0, ``area`` in pixels, ``bbox`` ``[x, y, width,

@@ -14,6 +14,7 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.spans import inside
 from dloftbs.errors import InputError
 from dloftbs.sinks import _mesh
+from dloftbs.sinks._earlier_files import EarlierFiles
 from dloftbs.sinks._in_space import SpaceObject, SpaceObjects, check_radius
 from dloftbs.sinks.sink import PathSink
 from dloftbs.support.safe_files import UnusedNames, claim_replaceable, sink_errors, write_whole
@@ -32,9 +33,10 @@ class GeometrySink(PathSink):
 
     A single frame goes into the file of that name. When a second one comes, the folder of that name without the suffix
     takes its place, with a file per frame, named by the frame's index in six digits: ``curves/000000.ply``. What comes
-    a second time under the same index gets ``_1`` and so on; files of an earlier run are replaced. Each file appears as
-    a whole or not at all, whenever the process dies. Nothing is written, and no file replaced, before the first frame
-    that shows an object with a curve in space; where none ever does, closing is an error that says why.
+    a second time under the same index gets ``_1`` and so on; files of an earlier run are replaced, and closing warns in
+    the log of those that stay. Each file appears as a whole or not at all, whenever the process dies. Nothing is
+    written, and no file replaced, before the first frame that shows an object with a curve in space; where none ever
+    does, closing is an error that says why.
 
     Coordinates are the camera's, metres: x right, y down, z forward. A result's objects are its tracks, or its
     detections where it has none; hidden tracks are left out, since nothing of them is seen. Objects without a
@@ -80,6 +82,7 @@ class GeometrySink(PathSink):
         self._waiting = deque[Path]()  # files of the frames before the first object in space
         self._in_space = SpaceObjects(self._path)
         self._written = 0
+        self._earlier = EarlierFiles(self._path.with_suffix(""), self._suffix)
         self._claim = claim_replaceable(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
@@ -100,12 +103,15 @@ class GeometrySink(PathSink):
     def _put(self, target: Path, items: list[_mesh.Item]) -> None:
         """Write the next frame: the first one into the file itself, which moves into the folder for the second."""
         if self._written == 0:
+            self._earlier.replaced_by()
             self._only, target = target, self._path
         elif self._only is not None:
             with sink_errors(self._only.parent):
                 self._only.parent.mkdir(exist_ok=True)
                 os.replace(self._path, self._only)
+            self._earlier.replaced_by(self._only.name)
             self._only = None
+        self._earlier.replaced_by(target.name)
         write_whole(target, _FORMATS[self._suffix](items))
         self._written += 1
 
@@ -141,4 +147,5 @@ class GeometrySink(PathSink):
 
     def _close(self) -> None:
         self._claim.release()
+        self._earlier.warn()
         self._in_space.check()

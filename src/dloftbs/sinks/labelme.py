@@ -9,6 +9,7 @@ import numpy as np
 
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.sinks._earlier_files import EarlierFiles
 from dloftbs.sinks._images import BgrImage, encode
 from dloftbs.sinks._seen import CATEGORY, SeenObject, seen_objects
 from dloftbs.sinks.overlay_pictures import picture_name
@@ -47,7 +48,7 @@ class LabelmeSink(PathSink):
     Parameters
     ----------
     folder : str or Path
-        Made where it is missing; files of an earlier run are replaced.
+        Made where it is missing; files of an earlier run are replaced, and closing warns in the log of those that stay.
 
     Raises
     ------
@@ -58,6 +59,7 @@ class LabelmeSink(PathSink):
     def __init__(self, folder: str | Path) -> None:
         super().__init__(folder)
         self._unused = UnusedNames()
+        self._earlier = EarlierFiles(self._path, ".png", ".json")
         self._claim = claim_folder(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
@@ -73,11 +75,13 @@ class LabelmeSink(PathSink):
             "imageHeight": height,
             "imageWidth": width,
         }
+        self._earlier.replaced_by(picture, f"{name}.json")
         write_whole(self._path / picture, encode(_picture_of(frame), ".png"))
         write_whole(self._path / f"{name}.json", json_of(content, indent=2))
 
     def _close(self) -> None:
         self._claim.release()  # every file is complete already
+        self._earlier.warn()
 
 
 def _picture_of(frame: Frame) -> BgrImage:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
+from dloftbs.sinks._earlier_files import EarlierFiles
 from dloftbs.sinks._images import encode, fitted
 from dloftbs.sinks._mp4 import H264Mp4
 from dloftbs.sinks.sink import PathSink
@@ -29,6 +30,8 @@ Draw = Callable[[Frame, FrameResult], npt.NDArray[np.uint8]]
 VIDEO_SUFFIXES = (".mp4", ".mov")
 MIN_FPS, MAX_FPS = 0.01, 1000.0
 """Rates that a video may have, 1/s."""
+_STEP_S = 1.0 / 30.0
+"""From a frame to one without a later stamp, in a video by stamps."""
 MAX_STEM_BYTES = 200
 """Of a picture's name; file systems take 255 bytes, some of which go to its number, its suffix and a temporary name."""
 _UNSAFE = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
@@ -55,8 +58,10 @@ class OverlayVideoSink(PathSink):
     path : str or Path
         The file, ``.mp4`` or ``.mov``; missing folders are made, an older file is replaced with the first
         frame.
-    fps : float
-        Frames per second of the video, 0.01 to 1000.
+    fps : float or None
+        Frames per second of the video, 0.01 to 1000. None: each picture is shown at the stamp of its frame, counted
+        from the first one, as is right for a camera, whose frames may come unevenly. A frame whose stamp is missing, or
+        not later than the one before, is shown 1/30 s after it.
     draw : callable, optional
         ``draw(frame, result)`` returns the picture (H, W, 3), uint8, BGR. `dloftbs.viz.draw` where it is left out.
 
@@ -68,14 +73,18 @@ class OverlayVideoSink(PathSink):
         If the file cannot be opened.
     """
 
-    def __init__(self, path: str | Path, fps: float = 30.0, draw: Draw = _default_draw) -> None:
+    def __init__(self, path: str | Path, fps: float | None = 30.0, draw: Draw = _default_draw) -> None:
         super().__init__(path)
         self._suffix = self._path.suffix.lower()
         if self._suffix not in VIDEO_SUFFIXES:
             raise InputError(f"a video's name must end in {', '.join(VIDEO_SUFFIXES)}, got {str(path)!r}")
-        if not isinstance(fps, (int, float)) or not math.isfinite(fps) or not MIN_FPS <= fps <= MAX_FPS:
-            raise InputError(f"fps must be a number in {MIN_FPS:g}..{MAX_FPS:g}, got {fps!r}")
-        self._rate = Fraction(fps).limit_denominator(1001)
+        self._rate: Fraction | None = None
+        if fps is not None:
+            if not isinstance(fps, (int, float)) or not math.isfinite(fps) or not MIN_FPS <= fps <= MAX_FPS:
+                raise InputError(f"fps must be None or a number in {MIN_FPS:g}..{MAX_FPS:g}, got {fps!r}")
+            self._rate = Fraction(fps).limit_denominator(1001)
+        self._shown_s: float | None = None  # of the last picture
+        self._stamp: float | None = None
         self._draw = draw
         self._video: H264Mp4 | None = None
         self._warned = False
@@ -91,7 +100,14 @@ class OverlayVideoSink(PathSink):
                 logger.warning("a picture of %s in a video of %s (rows, columns): scaled", image.shape[:2], size)
                 self._warned = True
             image = fitted(image, size)
-        self._video.add(np.ascontiguousarray(image))
+        self._video.add(np.ascontiguousarray(image), None if self._rate is not None else self._time_of(frame))
+
+    def _time_of(self, frame: Frame) -> float:
+        """Return when the next picture is shown, seconds."""
+        since = 0.0 if frame.stamp is None or self._stamp is None else frame.stamp - self._stamp
+        self._stamp = frame.stamp
+        self._shown_s = 0.0 if self._shown_s is None else self._shown_s + (since if since > 0.0 else _STEP_S)
+        return self._shown_s
 
     def _close(self) -> None:
         if self._video is None:
@@ -150,7 +166,8 @@ class OverlayImagesSink(PathSink):
     A picture is named as its frame, without folder and suffix, in at most 200 bytes that every file system takes: as
     ``cable_000012`` for ``cable.mp4#12``, or by the frame's index in six digits where it has no name; so none ever
     leaves the folder. What comes a second time under the same name gets ``_1`` and so on. Pictures of an earlier run
-    are replaced. Each appears as a whole or not at all, whenever the process dies. The names used stay in memory.
+    are replaced, and closing warns in the log of those that stay. Each appears as a whole or not at all, whenever the
+    process dies. The names used stay in memory.
 
     Parameters
     ----------
@@ -182,15 +199,18 @@ class OverlayImagesSink(PathSink):
         self._format = suffix
         self._suffix = f"{ending}{suffix}"
         self._unused = UnusedNames()
+        self._earlier = EarlierFiles(self._path, self._suffix)
         self._claim = claim_folder(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         data = encode(check_image(self._draw(frame, result)), self._format)
-        target = self._path / f"{self._unused(picture_name(frame))}{self._suffix}"
-        write_whole(target, data)
+        name = f"{self._unused(picture_name(frame))}{self._suffix}"
+        self._earlier.replaced_by(name)
+        write_whole(self._path / name, data)
 
     def _close(self) -> None:
         self._claim.release()  # every picture is complete already
+        self._earlier.warn()
 
 
 def picture_name(frame: Frame) -> str:

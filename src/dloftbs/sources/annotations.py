@@ -154,6 +154,8 @@ class CocoFile:
     def read(self, frame: Path, size: Size | None) -> Labels:
         """Return the label image (H, W) of the frame in a file, by its name; of several of one name, by its folders.
 
+        Where the folders of several are those of the frame, it is the image with most of them.
+
         Raises
         ------
         SourceError
@@ -161,7 +163,9 @@ class CocoFile:
         """
         images = self._images.get(frame.name, [])
         if len(images) > 1:
-            images = [image for image in images if _ends_with(frame, image.file_name)]
+            fitting = [image for image in images if _ends_with(frame, image.file_name)]
+            most = max((len(_parts(image.file_name)) for image in fitting), default=0)
+            images = [image for image in fitting if len(_parts(image.file_name)) == most]
         if len(images) != 1:
             count = f"{len(images)} images that are" if images else "no image that is"
             raise SourceError(f"{self._path}: has {count} named {frame.name!r}")
@@ -341,6 +345,10 @@ def _base_name(file_name: str) -> str:
     return PurePosixPath(file_name.replace("\\", "/")).name
 
 
+def _parts(file_name: str) -> tuple[str, ...]:
+    return PurePosixPath(file_name.replace("\\", "/")).parts
+
+
 def _ends_with(frame: Path, file_name: str) -> bool:
-    parts = PurePosixPath(file_name.replace("\\", "/")).parts
+    parts = _parts(file_name)
     return frame.parts[-len(parts) :] == parts

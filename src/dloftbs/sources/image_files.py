@@ -28,7 +28,7 @@ _SEPARATOR = f"[{re.escape(os.sep + (os.altsep or ''))}]"
 
 
 class FileSource(PictureStream):
-    """Image files, a frame each.
+    """Image files, a frame each, which has the name that `frame_names` gives.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class FileSource(PictureStream):
         jobs: int = 1,
         upright: bool = False,
     ) -> None:
-        super().__init__(name, [path.name for path in paths], camera=camera, fps=fps)
+        super().__init__(name, frame_names(paths), camera=camera, fps=fps)
         self.paths = tuple(paths)
         self._kind = kind
         self._jobs = jobs
@@ -89,6 +89,19 @@ class FileSource(PictureStream):
             return read_picture(path, self._kind, upright=self._upright)
         except SourceError as error:
             return error
+
+
+def frame_names(paths: Sequence[Path]) -> list[str]:
+    """Return the names of files; where some share one, the paths of all below their common folder, with slashes."""
+    names = [path.name for path in paths]
+    if len(set(names)) == len(names):
+        return names
+    whole = [os.path.abspath(path) for path in paths]
+    try:
+        common = os.path.commonpath([os.path.dirname(path) for path in whole])
+    except ValueError:  # two drives of Windows
+        return [Path(path).as_posix() for path in whole]
+    return [Path(os.path.relpath(path, common)).as_posix() for path in whole]
 
 
 def check_place(path: Path, missing: str) -> None:

@@ -140,7 +140,9 @@ class AppendFile:
             rest = rest[self._file.write(rest) :]
 
     def shorten(self, size: int) -> None:
-        """Cut off what came after the first `size` bytes."""
+        """Cut off what came after the first `size` bytes; an older file, of which nothing is replaced yet, stays."""
+        if self._keeps_older:
+            return
         with sink_errors(self.path):
             self._cut(size)
         self._size = size

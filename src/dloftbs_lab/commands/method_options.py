@@ -54,8 +54,10 @@ class MethodSettings:
         ------
         ConfigError
             If a file cannot be read, or a key or a value is wrong, or is not one of the method.
+        click.UsageError
+            As `stated_in`.
         """
-        stated = {} if self.config_file is None else stated_in(self.config_file)
+        stated = {} if self.config_file is None else stated_in(self.config_file, paper=paper)
         return read_config(paper, base, {**stated, **self.changes}, self.hsv)
 
 

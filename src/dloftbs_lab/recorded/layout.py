@@ -58,7 +58,7 @@ class RecordedSequence(KnownSequence):
 
     def __init__(self, folder: Path, length: int, fps: float | None = None) -> None:
         self.name = str(folder)
-        self._folder = folder
+        self.folder = folder
         self.length = length
         self.fps = fps
 
@@ -94,13 +94,13 @@ class RecordedSequence(KnownSequence):
 
     def _read(self, read: Callable[[int], T], index: int) -> T:
         if self._closed:
-            raise SourceError(f"{self._folder} is closed")
+            raise SourceError(f"{self.folder} is closed")
         if not isinstance(index, (int, np.integer)) or not 0 <= index < len(self):
-            raise InputError(f"{self._folder} has the frames 0 to {len(self) - 1}, got {index!r}")
+            raise InputError(f"{self.folder} has the frames 0 to {len(self) - 1}, got {index!r}")
         try:
             return read(int(index))
         except InputError as error:
-            raise SourceError(f"{self._folder}, frame {index}: {error}") from error
+            raise SourceError(f"{self.folder}, frame {index}: {error}") from error
 
 
 def files_in(folder: Path) -> list[Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import closing
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Protocol
@@ -14,9 +15,11 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs.sinks._images import encode
 from dloftbs.sinks._mp4 import H264Mp4
+from dloftbs.sinks.sink import identity_of
 from dloftbs.support.json_text import encode_line
 from dloftbs.support.safe_files import AppendFile, sink_errors, write_whole
 from dloftbs.support.text import readable
+from dloftbs_lab.known_sequence import KnownSequence
 from dloftbs_lab.truth import Truth
 
 HEADER = "sequence.json"
@@ -80,45 +83,44 @@ def write_sequence(sequence: KnownFrames, folder: str | os.PathLike[str], *, vid
     Raises
     ------
     InputError
-        If visible masks overlap or have another size than the frame, or a frame for a video has no image or another
-        size than the first.
+        If the folder is that which the sequence is read from, visible masks overlap or have another size than the
+        frame, or a frame for a video has no image or another size than the first.
     SinkError
         If something cannot be written.
     """
     root = Path(folder)
-    # Emptied first, so that no line of an older sequence ever speaks of new files.
+    read = sequence.folder if isinstance(sequence, KnownSequence) else None
+    if read is not None and identity_of(root) == identity_of(read):
+        raise InputError(f"{str(root)!r} is the folder that the sequence is read from; write it into another one")
+    header = {"format": FORMAT, "name": readable(sequence.name), "fps": sequence.fps, "length": len(sequence)}
     records = AppendFile(root / RECORDS)
     try:
-        header = {"format": FORMAT, "name": readable(sequence.name), "fps": sequence.fps, "length": len(sequence)}
-        write_whole(root / HEADER, encode_line(header))
-        _write_frames(sequence, root, records, _Video(root / VIDEO, sequence.fps) if video else _Pictures(root))
+        with closing(_Video(root / VIDEO, sequence.fps) if video else _Pictures(root)) as images:
+            records.append(b"")  # so that no line of an older sequence ever speaks of new files
+            write_whole(root / HEADER, encode_line(header))
+            _write_frames(sequence, root, records, images)
     finally:
         records.close()
     return root
 
 
 def _write_frames(sequence: KnownFrames, root: Path, records: AppendFile, images: _Pictures | _Video) -> None:
-    try:
-        for index in range(len(sequence)):
-            frame, truth = sequence.frame(index), sequence.truth(index)
-            record = {
-                "index": frame.index,
-                "stamp": frame.stamp,
-                "name": readable(frame.name),
-                "size": frame.size,
-                "camera": None if frame.camera is None else frame.camera.to_dict(),
-                "mask": None if frame.mask is None else _write_mask(root, "masks", index, frame.mask),
-                "depth": None if frame.depth is None else _write_depth(root, index, frame.depth),
-                "occluders": None
-                if frame.occluders is None
-                else _write_mask(root, "occluders", index, frame.occluders),
-                "visible": _write_visible(root, index, frame, truth) if truth.visible_masks else None,
-                "truth": truth.to_dict(),
-                "image": images.add(index, frame),
-            }
-            records.append(encode_line(record))
-    finally:
-        images.close()
+    for index in range(len(sequence)):
+        frame, truth = sequence.frame(index), sequence.truth(index)
+        record = {
+            "index": frame.index,
+            "stamp": frame.stamp,
+            "name": readable(frame.name),
+            "size": frame.size,
+            "camera": None if frame.camera is None else frame.camera.to_dict(),
+            "mask": None if frame.mask is None else _write_mask(root, "masks", index, frame.mask),
+            "depth": None if frame.depth is None else _write_depth(root, index, frame.depth),
+            "occluders": None if frame.occluders is None else _write_mask(root, "occluders", index, frame.occluders),
+            "visible": _write_visible(root, index, frame, truth) if truth.visible_masks else None,
+            "truth": truth.to_dict(),
+            "image": images.add(index, frame),
+        }
+        records.append(encode_line(record))
 
 
 class _Pictures:

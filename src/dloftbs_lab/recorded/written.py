@@ -77,7 +77,7 @@ class WrittenSequence(RecordedSequence):
 
     def __init__(self, folder: Path) -> None:
         header = decoded(folder / HEADER, _Header)
-        self._folder = folder
+        self.folder = folder
         self._starts = _line_starts(folder / RECORDS)
         self._video = VideoFrames(folder / VIDEO) if os.path.exists(folder / VIDEO) and self._uses_video() else None
         count = len(self._starts)
@@ -121,7 +121,7 @@ class WrittenSequence(RecordedSequence):
         return bool(self._starts) and self._record(0).image == VIDEO
 
     def _record(self, index: int) -> _Record:
-        path = self._folder / RECORDS
+        path = self.folder / RECORDS
         try:
             with path.open("rb") as file:
                 file.seek(self._starts[index])
@@ -146,7 +146,7 @@ class WrittenSequence(RecordedSequence):
         return (pixels / PER_METRE).astype(_type(stored))
 
     def _pixels(self, name: str) -> AnyArray:
-        path = self._folder / name
+        path = self.folder / name
         if path.suffix == ".npy":
             return load_npy(path)
         try:

@@ -179,6 +179,7 @@ class DegradedSequence(KnownSequence):
         self.fps = sequence.fps
         self.length = sequence.length
         self.is_branched = sequence.is_branched
+        self.folder = sequence.folder
         self.sequence = sequence
         self.degradation = degradation
         self.seed = seed

@@ -39,6 +39,7 @@ class Excerpt(KnownSequence):
         self.length = frames
         self.tolerance_px = sequence.tolerance_px
         self.is_branched = sequence.is_branched
+        self.folder = sequence.folder
         self._sequence = sequence
         self._start = start
 

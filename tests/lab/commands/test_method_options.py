@@ -3,6 +3,7 @@
 import subprocess
 import sys
 
+import click
 import numpy as np
 import pytest
 from cli.cli_inputs import mask, photo
@@ -46,6 +47,14 @@ def test_settings_apply_to_every_method_the_later_over_the_earlier(files, name, 
     assert (
         config_of(name, MethodSettings(files / "common.yml", {"linking.min_length_px": 55})).linking.min_length_px == 55
     )
+
+
+def test_a_file_of_the_default_does_not_become_the_paper(files):
+    (files / "complete.yaml").write_text(Config().to_yaml())
+    settings = MethodSettings(files / "complete.yaml")
+    assert config_of("default", settings) == Config()
+    with pytest.raises(click.UsageError, match=r"linking\.method: bending, but the published method has greedy"):
+        config_of("paper", settings)
 
 
 def test_methods_with_other_settings_are_other_methods(files):

@@ -16,6 +16,9 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SinkError, SourceError
 from dloftbs_lab import open_labelled, write_sequence
+from dloftbs_lab.recorded import sequence_writer
+from dloftbs_lab.recorded.sequence_writer import RECORDS
+from dloftbs_lab.synthetic import NOISY, DegradedSequence, Excerpt
 from dloftbs_lab.truth import Truth
 
 
@@ -217,6 +220,40 @@ def test_an_interrupted_rewrite_never_mixes_old_and_new(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         write_sequence(TinySequence(6, np.uint16, stop=2), tmp_path)
     assert [frame.mask.dtype for frame in open_labelled(tmp_path)] == [np.uint16, np.uint16]
+
+
+def test_a_rewrite_that_is_killed_in_its_first_frame_leaves_no_mixture(tmp_path, monkeypatch):
+    write_sequence(TinySequence(3, np.uint8), tmp_path)
+
+    def killed(root, index, frame, truth):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sequence_writer, "_write_visible", killed)  # when the mask is there, and no line yet
+    with pytest.raises(KeyboardInterrupt):
+        write_sequence(TinySequence(3, np.uint16), tmp_path)
+    with pytest.raises(SourceError, match="holds none of its 3 frames"):
+        open_labelled(tmp_path)
+
+
+def test_the_truth_is_emptied_before_another_file_is_replaced(tmp_path, monkeypatch):
+    write_sequence(TinySequence(3), tmp_path)
+    monkeypatch.setattr(sequence_writer, "write_whole", lambda path, data: emptied.append((tmp_path / RECORDS).stat()))
+    emptied = []
+    write_sequence(TinySequence(3), tmp_path)
+    assert [found.st_size for found in emptied] == [0]
+
+
+@pytest.mark.parametrize("video", [False, True])
+@pytest.mark.parametrize(
+    "changed", [lambda known: known, lambda known: DegradedSequence(known, NOISY), lambda known: Excerpt(known, 0, 2)]
+)
+def test_a_sequence_is_not_written_into_the_folder_that_it_is_read_from(tmp_path, video, changed):
+    write_sequence(TinySequence(3), tmp_path / "data")
+    (tmp_path / "link").symlink_to("data")
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()}
+    with open_labelled(tmp_path / "data") as known, pytest.raises(InputError, match="is read from"):
+        write_sequence(changed(known), tmp_path / "link", video=video)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()} == before
 
 
 def test_masks_that_overlap_are_refused(tmp_path):

@@ -39,7 +39,7 @@ def background(
     INPUT is any input of `dloftbs track` from a camera that stands still. The picture is the median of up to 50
     frames, spread evenly over the input. A cable disappears where fewer than half of them show it. A cable that
     rests stays in the picture: then take a clip, or a photo, of the empty place. Ctrl-C ends a camera's stream, as
-    --limit does.
+    --limit does; of a recording, nothing is written, and the exit code is 130.
 
     \b
     dloftbs background worms.mp4 --out empty.png
@@ -70,6 +70,8 @@ def background(
     named = where[0] if len(where) == 1 else where
     with sources.open(named, kind="image", topic=topic) as source, interrupted() as stop:
         picture = median_background(until_stopped(source, stop))
+        if stop() and not source.live:  # the older picture is better than the median of a part
+            raise KeyboardInterrupt
     write_whole(out, as_png(picture))
     click.echo(f"{out}: the background of {used} frame{'s' * (used != 1)}", err=True)
     topics = [] if topic is None else ["--topic", topic]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from itertools import chain, islice
@@ -139,6 +139,7 @@ class _Batch:
         self._config = config
         self._jobs = jobs
         self._every = every
+        self._names = _names_in(where)
         self._failures: list[int] = []  # of each input; several threads can append
         self._lengths: list[int | None] = []  # of the inputs that were opened, in the same way
 
@@ -165,14 +166,15 @@ class _Batch:
         from dloftbs.support.overlap import in_order
 
         with closing(in_order(self._open, self._where, self._jobs)) as opened:
-            for frames in opened:
+            for where, frames in zip(self._where, opened, strict=True):
+                names = self._names.get(where, {})
                 last = first
                 try:
                     if isinstance(frames, Exception):
                         raise frames
                     for frame in frames:
                         last = first + frame.index
-                        yield replace(frame, index=last)
+                        yield replace(frame, index=last, name=_name_among(names, frame.name))
                 except (InputError, SourceError) as error:
                     report_error(error)
                     self._failures.append(1)
@@ -202,3 +204,19 @@ class _Batch:
                 yield from frames
             finally:
                 self._failures.append(frames.skipped)
+
+
+def _names_in(where: Sequence[str]) -> dict[str, dict[str, str]]:
+    """Return for each input by what name each of its files is known among all inputs, where that is another."""
+    from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of, frame_names
+    from dloftbs.sources.standard_input import STANDARD_INPUT
+
+    groups = {text: files_of(text, IMAGE_EXTENSIONS) for text in where if text != STANDARD_INPUT}
+    among_all = iter(frame_names([path for group in groups.values() for path in group]))
+    return {text: dict(zip(frame_names(group), among_all, strict=False)) for text, group in groups.items()}
+
+
+def _name_among(names: Mapping[str, str], name: str) -> str:
+    """Return the name of a frame among all inputs, also of one of a video or a stack: ``cable.mp4#12``."""
+    file, mark, number = name.rpartition("#")
+    return names.get(name) or (f"{names[file]}{mark}{number}" if file in names else name)

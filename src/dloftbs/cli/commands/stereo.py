@@ -145,7 +145,7 @@ def stereo(
     try:
         with ExitStack() as stack:
             stack.enter_context(run)
-            sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs, answers))
+            sink = stack.enter_context(open_sink(outputs, run.video_fps, config, with_input, inputs, answers))
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
             show = open_page(stack, run.source, config, page, stop) if view else None

@@ -118,7 +118,9 @@ def track(
     try:
         with ExitStack() as stack:
             stack.enter_context(run)
-            sink = stack.enter_context(open_sink(outputs, run.fps, config, with_input, inputs, answers, rerun=rerun))
+            sink = stack.enter_context(
+                open_sink(outputs, run.video_fps, config, with_input, inputs, answers, rerun=rerun)
+            )
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
             show = open_page(stack, run.source, config, page, stop) if view else None
@@ -168,10 +170,9 @@ def open_sink(
     from dloftbs.cli.outputs import open_all_pictures, open_outputs
     from dloftbs.pipeline import Pipeline
     from dloftbs.sinks import RerunViewerSink
-    from dloftbs.sinks.overlay_pictures import MIN_FPS
 
     # Another pipeline, since what is drawn is drawn in another thread.
-    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=max(fps or 30.0, MIN_FPS), answers=answers)
+    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps, answers=answers)
     live = [RerunViewerSink()] if rerun else []
     return open_outputs(
         outputs.data,
