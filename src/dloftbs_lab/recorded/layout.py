@@ -56,6 +56,8 @@ class RecordedSequence(KnownSequence):
     fps : float, optional
     """
 
+    folder: Path
+
     def __init__(self, folder: Path, length: int, fps: float | None = None) -> None:
         self.name = str(folder)
         self.folder = folder
