@@ -47,6 +47,16 @@ def test_each_joint_has_times_of_its_own():
     )
 
 
+def test_a_continuous_joint_turns_the_short_way_where_its_angle_wraps(tmp_path):
+    joints = states(tmp_path, "time,a\n0,3.03\n1,3.13\n2,-3.13\n3,-3.03\n")
+    robot = robot_of("a", kind="continuous")
+    turned = [joints.at(Frame(mask=MASK, stamp=stamp), robot)["a"] for stamp in (1.0, 1.4, 1.5, 1.6, 2.0)]
+    half = 0.5 * (2.0 * np.pi - 6.26)
+    assert np.cos(turned) == pytest.approx(np.cos([3.13, np.pi - 0.2 * half, np.pi, np.pi - 0.2 * half, 3.13]))
+    assert (turned[0], turned[-1]) == (3.13, -3.13)
+    assert joints.at(Frame(mask=MASK, stamp=1.5), ROBOT) == pytest.approx({"a": 0.0})
+
+
 def test_frames_are_found_by_their_index(tmp_path):
     joints = states(tmp_path, "frame,a\n0,0.5\n2,0.7\n")
     assert joints.at(Frame(mask=MASK, index=2), ROBOT) == {"a": 0.7}

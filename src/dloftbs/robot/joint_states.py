@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -78,6 +79,7 @@ class JointStates:
     def at(self, frame: Frame, robot: RobotModel) -> dict[str, float] | None:
         """Return the positions when a frame was taken, between two rows in proportion.
 
+        A continuous joint turns the short way from row to row.
         A joint's position is unknown before its first row and after its last by more than one and a half steps of its
         rows, and in gaps of more than three. Frames are found by their index alone.
 
@@ -98,8 +100,11 @@ class JointStates:
             )
         positions = {}
         for name, (keys, row) in self._rows.items():
-            if float(np.abs(keys - key).min()) <= self._gaps[name]:
-                positions[name] = float(np.interp(key, keys, row))
+            distances = np.abs(keys - key)
+            nearest = int(distances.argmin())
+            if distances[nearest] <= self._gaps[name]:
+                turns = np.round((row - row[nearest]) / math.tau) if name in robot.continuous_joints else 0.0
+                positions[name] = float(np.interp(key, keys, row - math.tau * turns))
             elif name in robot.joint_names:
                 return None
         return positions

@@ -12,7 +12,8 @@ from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.values import check_number
 
-TURNING, SLIDING, FIXED = ("revolute", "continuous"), ("prismatic",), ("fixed",)
+CONTINUOUS = "continuous"
+TURNING, SLIDING, FIXED = ("revolute", CONTINUOUS), ("prismatic",), ("fixed",)
 """Types of joints, as URDF names them.
 
 Source: by definition.
