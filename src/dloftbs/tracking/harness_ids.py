@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from dloftbs.data.branch_point import BranchPoint
+from dloftbs.data.detection import place_in
 from dloftbs.data.harness import Harness
 from dloftbs.data.tracks import Track
 
@@ -89,12 +90,6 @@ class HarnessIds:
 
 def _tracks_of(harness: Harness, tracks: Sequence[Track]) -> dict[int, int]:
     """Return the id of the track of each detection that has one."""
-    found = {}
-    for track in tracks:
-        if track.detection is not None:
-            wanted = track.detection.curve.control_points
-            for k, one in enumerate(harness.detections):
-                control = one.curve.control_points
-                if np.array_equal(control, wanted) or np.array_equal(control[::-1], wanted):
-                    found[k] = track.id
-    return found
+    held = [(track.id, track.detection) for track in tracks if track.detection is not None]
+    places = [(place_in(harness.detections, detection)[0], number) for number, detection in held]
+    return {place: number for place, number in places if place is not None}
