@@ -199,7 +199,7 @@ class Pipeline:
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         result = _result(frame, run, tracks)
         if result.harnesses:
-            named = self._harness_ids.update(result.harnesses, tracks)
+            named = self._harness_ids.update(result.harnesses, tracks, self._tracker._held_ids)
             points = tuple([point for harness in named for point in harness.branch_points])
             result = replace(result, harnesses=named, branch_points=points)
         result = result if region is None else WholeImage(region, whole).result(result)
