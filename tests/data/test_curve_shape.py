@@ -91,6 +91,14 @@ class TestDistance:
         u, u_line, d = loop(50.0).distance(line((-100.0, 60.0), (100.0, 60.0)))
         assert (u, u_line, d) == pytest.approx((0.25, 0.5, 10.0), abs=1e-3)
 
+    def test_a_place_beyond_the_seam_of_a_loop_is_one_of_its_first_turn(self):
+        angle = -0.002
+        away = 80.0 * np.array([np.cos(angle), np.sin(angle)])
+        ring, ray = loop(50.0), line(away, 1.1 * away)
+        for u in (ring.distance(ray)[0], ray.distance(ring)[1]):
+            assert u == pytest.approx(1.0 + angle / (2.0 * np.pi), abs=1e-5)
+        ring.poses([u])
+
     def test_curves_that_cross_are_no_distance_apart(self):
         curve, other = loop(50.0), line((-100.0, 10.0), (100.0, 10.0))
         u, u_other, d = curve.distance(other)
