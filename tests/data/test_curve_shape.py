@@ -34,6 +34,11 @@ class TestBends:
         assert line((0.0, 0.0), (100.0, 40.0)).tightest_bend()[1] > 1e6
         assert np.isinf(line((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).bend_radius(0.5, 0.0))
 
+    def test_a_loop_bends_whatever_its_length_rounds_to(self):
+        circle = loop(0.10980245061265317)  # a window of its whole length has more than the 13 points, by rounding
+        assert circle.tightest_bend(2.0)[1] == pytest.approx(0.11, rel=0.1)
+        assert circle.bend_radius(0.5, 2.0) == pytest.approx(0.11, rel=0.1)
+
     def test_the_tightest_bend_is_found_where_it_is(self):
         curve = wave()
         u, radius = curve.tightest_bend(0.0)
