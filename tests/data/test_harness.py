@@ -99,6 +99,14 @@ def test_two_cables_that_cross_stay_two_of_one_route_each() -> None:
     assert len(result.routes) == 2
 
 
+def test_the_route_of_a_single_branch_leads_from_its_trunk() -> None:
+    harness = Harness((detection_of(line((0.0, 0.0), (100.0, 0.0))),), (0,))
+    assert harness.trunk == harness.routes[0].ends[0] == (0, 0)
+    (back,) = harness.routes(trunk=(0, 1))
+    assert back.ends == ((0, 1), (0, 0))
+    assert np.allclose(back.curve.start, (100.0, 0.0))
+
+
 def test_without_the_switch_there_is_none_of_it() -> None:
     result = dloftbs.detect(TREE)
     assert (result.branch_points, result.harnesses, result.routes) == ((), (), ())
