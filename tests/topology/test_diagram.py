@@ -282,6 +282,11 @@ class TestOfResults:
         in_space = np.column_stack((curve(u), depth))
         assert Diagram.from_curves([in_space]).signs == Diagram.from_result(result).signs
 
+    def test_curves_along_one_line_do_not_meet_beside_each_other(self) -> None:
+        straight, onward = line((0.1, 0.2, 0.3), (0.4, 0.9, 0.5)), line((0.7, 1.6, 0.5), (1.0, 2.3, 0.5))
+        step = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (2.0, 0.0, 1.0)]
+        assert Diagram.from_curves([straight, onward, step]).turns == ()
+
     @pytest.mark.parametrize("closed", [False, True])
     def test_points_that_stand_twice_change_nothing(self, closed: bool) -> None:
         angles = np.linspace(0.1, 2.0 * np.pi + 0.1, 120, endpoint=False)
@@ -424,6 +429,9 @@ class TestWrong:
                 "curves 0 and 1 meet, or a corner of one lies over the",
             ),
             ([[(0, 0, 0), (2, 0, 0)], [(1, 0, 1), (1, 1, 1)]], "turn them a little"),
+            ([[(0, 0, 0), (2, 0, 0)], [(1, 0, 1), (3, 0, 1)]], "a side of curve 0 lies over one of curve 1: turn them"),
+            ([[(0, 0, 0), (0.3, 0.1, 0)], [(0.6, 0.2, 1), (0.15, 0.05, 1)]], "a side of curve 0 lies over"),
+            ([[(0, 0, 0), (2, 0, 0), (1, 0, 1)]], "a side of curve 0 lies over one of curve 0"),
             ([[(0, 0, 0)]], "a curve needs at least 2 different points, got 1"),
             ([[(0, 0, 0)] * 3], "a curve needs at least 2 different points, got 1"),
             ([[(0, 0)] * 3], r"a curve must have shape \(n, 3\)"),
