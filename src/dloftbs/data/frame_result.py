@@ -101,7 +101,7 @@ class FrameResult:
             stamp=check_stamp(self.stamp),
             name=check_text("name", self.name),
             crossings=check_all("crossings", self.crossings, Crossing),
-            stage_ms=_stage_ms(self.stage_ms),
+            stage_ms=checked_stage_ms(self.stage_ms),
             dropped=check_all("dropped", self.dropped, Dropped),
             roi=None if self.roi is None else read_roi(self.roi),
             branch_points=check_all("branch_points", self.branch_points, BranchPoint),
@@ -329,7 +329,14 @@ class FrameResult:
         return outputs().plot(self, ax)
 
 
-def _stage_ms(given: object) -> dict[str, float]:
+def checked_stage_ms(given: object) -> dict[str, float]:
+    """Return the milliseconds of stages, checked.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping from texts to such numbers.
+    """
     if not isinstance(given, Mapping):
         raise InputError(f"stage_ms must map stages to milliseconds, got {shown(given)}")
     return {

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.camera import CameraLike, as_camera, as_pose
+from dloftbs.camera import CameraLike, as_camera, as_pose, inverse_of
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.bodies import Body, Mask, cover
@@ -228,7 +228,5 @@ class RobotModel:
                 "the pose of the camera in the robot's base is unknown: give pose=, --camera-pose, or camera_pose in "
                 "the robot's YAML file"
             )
-        from_base = np.eye(4)
-        from_base[:3, :3] = camera[:3, :3].T
-        from_base[:3, 3] = -camera[:3, :3].T @ camera[:3, 3]
+        from_base = inverse_of(camera)
         return {name: from_base @ at for name, at in links.items()}
