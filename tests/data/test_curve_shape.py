@@ -34,6 +34,11 @@ class TestBends:
         assert line((0.0, 0.0), (100.0, 40.0)).tightest_bend()[1] > 1e6
         assert np.isinf(line((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).bend_radius(0.5, 0.0))
 
+    def test_a_loop_bends_whatever_its_length_rounds_to(self):
+        circle = loop(0.10980245061265317)  # a window of its whole length has more than the 13 points, by rounding
+        assert circle.tightest_bend(2.0)[1] == pytest.approx(0.11, rel=0.1)
+        assert circle.bend_radius(0.5, 2.0) == pytest.approx(0.11, rel=0.1)
+
     def test_the_tightest_bend_is_found_where_it_is(self):
         curve = wave()
         u, radius = curve.tightest_bend(0.0)
@@ -90,6 +95,14 @@ class TestDistance:
     def test_a_line_beside_a_circle(self):
         u, u_line, d = loop(50.0).distance(line((-100.0, 60.0), (100.0, 60.0)))
         assert (u, u_line, d) == pytest.approx((0.25, 0.5, 10.0), abs=1e-3)
+
+    def test_a_place_beyond_the_seam_of_a_loop_is_one_of_its_first_turn(self):
+        angle = -0.002
+        away = 80.0 * np.array([np.cos(angle), np.sin(angle)])
+        ring, ray = loop(50.0), line(away, 1.1 * away)
+        for u in (ring.distance(ray)[0], ray.distance(ring)[1]):
+            assert u == pytest.approx(1.0 + angle / (2.0 * np.pi), abs=1e-5)
+        ring.poses([u])
 
     def test_curves_that_cross_are_no_distance_apart(self):
         curve, other = loop(50.0), line((-100.0, 10.0), (100.0, 10.0))

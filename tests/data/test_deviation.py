@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from builders import curve_through
 
 from dloftbs.data.centerline import Centerline, Segment
@@ -29,3 +30,26 @@ def test_noise_that_goes_together_from_knot_to_knot_counts_more_than_that_of_pix
 def test_a_width_that_grows_along_the_cable_is_no_noise():
     grown, even = (deviation_with(np.linspace(5.0 - part, 5.0 + part, 601)) for part in (2.0, 0.0))
     assert abs(grown / even - 1.0) < 0.05
+
+
+def loop_from(first):
+    """Return a loop whose pixels and radii are rougher in one half, and whose seam lies at its pixel of a number."""
+    rng, angle = np.random.default_rng(0), 2.0 * np.pi * np.arange(400) / 400
+    rough = 1.0 + (angle > np.pi)
+    points = (100.0 + 0.3 * rough * np.sin(20.0 * angle)) * np.array([np.cos(angle), np.sin(angle)])
+    points, radius = np.roll(points.T, -first, axis=0), np.roll(5.0 + 0.2 * rough * rng.normal(size=400), -first)
+    smooth = 100.0 * np.stack((np.cos(angle[::20]), np.sin(angle[::20])), axis=1)
+    curve = curve_through(np.roll(smooth, -first // 20, axis=0), closed=True)
+    return Detection(Centerline((Segment(points, radius),), closed=True), curve)
+
+
+def test_a_loop_has_the_same_deviation_at_a_place_whatever_turn_its_u_is_of():
+    found = loop_from(0)
+    assert found.curve_std([1.0, -0.25, 1.25]) == pytest.approx(found.curve_std([0.0, 0.75, 0.25]))
+
+
+def test_the_seam_of_a_loop_changes_no_deviation():
+    u = np.linspace(0.0, 1.0, 50, endpoint=False)
+    found = loop_from(0).curve_std(u)
+    for first in (100, 200):
+        assert loop_from(first).curve_std(u - first / 400) == pytest.approx(found, rel=0.02)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from builders import bent, detection_of, line
 
 import dloftbs
 from dloftbs import ConfigError, FrameResult, InputError
@@ -53,6 +54,22 @@ def test_a_path_leads_from_end_to_end_through_the_branch_points(tree: FrameResul
     assert harness.path_3d(left, right) is None
 
 
+def test_of_two_branches_between_the_same_points_a_path_takes_the_shorter() -> None:
+    curves = (
+        line((0.0, 100.0), (100.0, 100.0)),
+        bent((100.0, 100.0), (150.0, 0.0), (200.0, 100.0)),
+        line((100.0, 100.0), (200.0, 100.0)),
+        line((200.0, 100.0), (300.0, 100.0)),
+    )
+    points = (
+        BranchPoint((100.0, 100.0), ((0, 1), (1, 0), (2, 0)), 1.0),
+        BranchPoint((200.0, 100.0), ((1, 1), (2, 1), (3, 0)), 1.0),
+    )
+    harness = Harness(tuple(detection_of(curve) for curve in curves), (0, 1, 2, 3), points)
+    assert harness.path((0, 0), (3, 1)).length == pytest.approx(300.0, abs=1.0)
+    assert harness.path((3, 1), (0, 0)).length == pytest.approx(300.0, abs=1.0)
+
+
 def test_routes_lead_from_the_trunk_to_each_other_end(tree: FrameResult) -> None:
     (harness,) = tree.harnesses
     assert len(tree.routes) == len(harness.routes) == 3
@@ -80,6 +97,14 @@ def test_two_cables_that_cross_stay_two_of_one_route_each() -> None:
     assert result.branch_points == ()
     assert [len(harness.branches) for harness in result.harnesses] == [1, 1]
     assert len(result.routes) == 2
+
+
+def test_the_route_of_a_single_branch_leads_from_its_trunk() -> None:
+    harness = Harness((detection_of(line((0.0, 0.0), (100.0, 0.0))),), (0,))
+    assert harness.trunk == harness.routes[0].ends[0] == (0, 0)
+    (back,) = harness.routes(trunk=(0, 1))
+    assert back.ends == ((0, 1), (0, 0))
+    assert np.allclose(back.curve.start, (100.0, 0.0))
 
 
 def test_without_the_switch_there_is_none_of_it() -> None:

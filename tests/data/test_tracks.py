@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from builders import NOT_SPANS, line, loop, through_json, wave
+from builders import NOT_SPANS, detection_of, line, loop, through_json, wave
 
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.tracks import Track, TrackState
@@ -43,3 +43,10 @@ class TestTrack:
     def test_what_is_inferred_lies_within_the_curve(self, spans):
         with pytest.raises(InputError, match="inferred must be"):
             Track(1, TrackState.CONFIRMED, wave(), None, 1, 0, None, spans)
+
+
+def test_a_hidden_part_of_a_loop_is_as_unsure_whatever_turn_its_u_is_of() -> None:
+    seen, curve = detection_of(loop(50.0)), loop(50.5)
+    track = Track(1, TrackState.CONFIRMED, curve, None, 1, 0, seen, ((0.0, 0.25), (0.75, 1.0)))
+    assert track.curve_std([1.1, -0.1]) == pytest.approx(track.curve_std([0.1, 0.9]))
+    assert track.curve_std(1.1) > 2.0 * track.curve_std(0.5)

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
+from dloftbs.robot import RobotModel
+from dloftbs.robot.kinematics import RobotJoint
+
 YAML = """
 joints:
   - {name: shoulder, parent: base, child: upper, axis: [0, 0, 1]}
@@ -50,3 +55,9 @@ def write_urdf(folder: Path) -> Path:
     (folder / "tool.obj").write_text(OBJ)
     (folder / "robot.urdf").write_text(URDF)
     return folder / "robot.urdf"
+
+
+def robot_of(*names: str, kind: str = "revolute") -> RobotModel:
+    """Return a robot without bodies whose joints are all on its base."""
+    axis = np.array([0.0, 0.0, 1.0])
+    return RobotModel([RobotJoint(name, kind, "base", f"{name}_link", np.eye(4), axis) for name in names], [])

@@ -90,6 +90,22 @@ def test_a_urdf_covers_its_collision_geometry(tmp_path):
     np.testing.assert_array_equal(named.occluders({"shoulder": 0.0, "elbow": 0.0}, CAMERA, SIZE, down), covered)
 
 
+def test_a_fixed_joint_needs_no_axis(tmp_path):
+    moved, fixed = (
+        f"type: {kind}, parent: lower, child: tool, axis: {axis}"
+        for kind, axis in (("prismatic", "[1, 0, 0]"), ("fixed", "[0, 0, 0]"))
+    )
+    assert RobotModel.from_yaml(write_yaml(tmp_path, YAML.replace(moved, fixed))).joint_names == ("shoulder", "elbow")
+
+
+def test_a_fixed_joint_of_a_urdf_needs_no_axis(tmp_path):
+    pytest.importorskip("yourdfpy")
+    path = write_urdf(tmp_path)
+    fixed = '<joint name="mount" type="fixed"><parent link="world"/><child link="base"/><axis xyz="0 0 0"/></joint>'
+    path.write_text(path.read_text().replace("</robot>", f'<link name="world"/>{fixed}</robot>'))
+    assert RobotModel.from_urdf(path).base == "world"
+
+
 def test_a_urdf_that_cannot_be_read_says_why(tmp_path):
     pytest.importorskip("yourdfpy")
     path = write_urdf(tmp_path)

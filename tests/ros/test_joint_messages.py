@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cli.cli_inputs import run
+from robot.arms import robot_of
 from ros import bag_examples as bags
 
 from dloftbs import sources
@@ -46,7 +47,7 @@ def test_joints_of_several_publishers_are_there_when_a_frame_was_taken(tmp_path,
     recorded(tmp_path / name, make)
     joints = read_joints(tmp_path / name, TOPIC)
     with sources.open(tmp_path / name, topic=bags.COLOUR_TOPIC) as source:
-        found = [joints.at(frame) for frame in source]
+        found = [joints.at(frame, robot_of("rail", "finger")) for frame in source]
     assert [one["rail"] for one in found] == pytest.approx([0.0, 0.01, 0.02, 0.03], abs=1e-6)
     assert {one["finger"] for one in found} == {0.5}
 
@@ -58,10 +59,23 @@ def test_joints_that_stream_are_kept_for_a_while():
         for entry in (joints_at(bags.stamp_of(i), ["rail"], [0.01 * i]), joints_at(bags.stamp_of(i) + 5, ["lid"], [1])):
             rows.take(entry[2], 0)
     frame = Frame(mask=np.ones((4, 4), bool), stamp=bags.stamp_of(19) / 1e9)
-    assert rows.states().at(frame) == pytest.approx({"rail": 0.19, "lid": 1.0})
-    assert rows.states().at(replace(frame, stamp=frame.stamp - 0.5)) is None
+    robot = robot_of("rail", "lid")
+    assert rows.states().at(frame, robot) == pytest.approx({"rail": 0.19, "lid": 1.0})
+    assert rows.states().at(replace(frame, stamp=frame.stamp - 0.5), robot) is None
     with pytest.raises(InputError, match="a JointState has 1 names and 2 positions"):
         rows.take(joints_at(1, ["rail"], [1, 2])[2], 0)
+
+
+def test_a_joint_whose_messages_stop_is_unknown_though_others_go_on():
+    rows = JointRows()
+    for i in range(200):
+        if i < 100 and i % 2 == 0:
+            rows.take(joints_at(i * 10_000_000 + 1, ["rail"], [0.01 * i])[2], 0)
+        rows.take(joints_at(i * 10_000_000 + 1, ["finger"], [0.5])[2], 0)
+    early, late = (Frame(mask=np.ones((4, 4), bool), stamp=stamp) for stamp in (0.5, 1.5))
+    assert rows.states().at(early, robot_of("rail", "finger")) == pytest.approx({"rail": 0.5, "finger": 0.5})
+    assert rows.states().at(late, robot_of("rail", "finger")) is None
+    assert rows.states().at(late, robot_of("finger")) == pytest.approx({"finger": 0.5})
 
 
 def test_a_message_that_is_wrong_is_left_out_with_a_warning(tmp_path, caplog):
@@ -69,7 +83,7 @@ def test_a_message_that_is_wrong_is_left_out_with_a_warning(tmp_path, caplog):
     bags.write_mcap(
         tmp_path / "a.mcap", [*good, *(joints_at(bags.stamp_of(3 + i), ["rail"], [1, 2]) for i in range(2))]
     )
-    assert len(read_joints(tmp_path / "a.mcap", TOPIC)._keys) == 3
+    assert repr(read_joints(tmp_path / "a.mcap", TOPIC)) == "JointStates(rail: 3 rows)"
     assert len(caplog.messages) == 1
     assert "a message of /joint_states is left out: a JointState has 1 names and 2 positions" in caplog.text
 

@@ -8,6 +8,7 @@ from dloftbs.config import Config, PlaneConfig, SegmentationConfig
 from dloftbs.segmentation import make_segmenter
 from dloftbs_lab.synthetic.depth_noise import TYPICAL_NOISE
 
+PLANE = Config(segmentation=SegmentationConfig(plane=PlaneConfig(height_m=0.004)))
 SIZE = 240, 320
 CAMERA = dloftbs.PinholeCamera(600.0, 600.0, 159.5, 119.5)
 CABLE = np.zeros(SIZE, bool)
@@ -77,13 +78,30 @@ def test_the_plane_follows_a_camera_that_moves_and_one_that_jumps():
     assert iou(ask(frame(table((-0.3, 0.3), 0.5)))) > 0.99
 
 
+def masks_of(pipeline, frames):
+    masks = []
+    for one in frames:
+        pipeline.process(one)
+        masks.append(pipeline.mask)
+    return masks
+
+
 def test_the_same_frames_give_the_same_masks_after_a_reset():
     rng = np.random.default_rng(0)
     frames = [frame(TYPICAL_NOISE.apply(table(), CABLE, rng)) for _ in range(3)]
-    pipeline = dloftbs.Pipeline(Config(segmentation=SegmentationConfig(plane=PlaneConfig())))
-    first = [pipeline.trace(one).mask for one in frames]
+    pipeline = dloftbs.Pipeline(PLANE)
+    first = masks_of(pipeline, frames)
     pipeline.reset()
-    np.testing.assert_array_equal(first, [pipeline.trace(one).mask for one in frames])
+    np.testing.assert_array_equal(first, masks_of(pipeline, frames))
+
+
+def test_a_frame_by_itself_has_its_own_plane_and_leaves_the_streams():
+    straight, tilted = frame(table()), frame(table((0.3, -0.1)))
+    pipeline, undisturbed = dloftbs.Pipeline(PLANE), dloftbs.Pipeline(PLANE)
+    masks_of(pipeline, [straight])
+    np.testing.assert_array_equal(pipeline.trace(tilted).mask, undisturbed.trace(tilted).mask)
+    pipeline.detect(tilted)
+    np.testing.assert_array_equal(masks_of(pipeline, [straight]), masks_of(undisturbed, [straight]))
 
 
 def test_frames_of_another_size_begin_anew():

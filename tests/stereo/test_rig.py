@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from stereo_views import BENT, CAMERA, OTHER, RADIUS_M, axis_through, beside, depths_m, distances_m, masks, rig
 
-from dloftbs import CameraRig, Frame, InputError, PinholeCamera
+from dloftbs import CameraRig, Config, Frame, InputError, PinholeCamera, Pipeline
 from dloftbs.stereo import RigObject
 
 
@@ -212,6 +212,19 @@ def test_one_camera_that_moves():
     turned = beside(0.3, 0.2)
     again = CameraRig([CAMERA]).detect(views, poses=[turned @ pose for pose in r.poses]).objects[0]
     assert np.allclose(again.curve_3d.control_points, moved.curve_3d.control_points, atol=1e-6)
+
+
+def test_views_of_one_moment_have_planes_of_their_own():
+    across = np.broadcast_to((np.arange(320) - CAMERA.cx) / CAMERA.fx, (240, 320))
+    depths = [0.7 / (1.0 + slope * across) for slope in (0.0, 0.1)]
+    for depth in depths:
+        depth[115:125, 30:290] -= 0.01
+    images = [np.zeros((240, 320, 3), np.uint8)] * 2
+    config = Config().replace({"segmentation.plane.height_m": 0.004})
+    poses = [np.eye(4), beside(0.05)]
+    found = CameraRig([CAMERA]).detect(images, poses=poses, depth=depths, config=config)
+    alone = Pipeline(config).detect(Frame(image=images[1], depth=depths[1], camera=CAMERA))
+    assert [one.curve for one in found.views[1]] == [one.curve for one in alone]
 
 
 def test_three_views():

@@ -20,6 +20,7 @@ TREFOIL = [(5, 2, 0, 3), (3, 0, 4, 1), (1, 4, 2, 5)]
 FIGURE_EIGHT = [(4, 1, 5, 2), (6, 4, 7, 3), (8, 5, 1, 6), (2, 8, 3, 7)]
 PRETZEL_8_19 = [(15, 5, 0, 4), (5, 1, 6, 0), (10, 2, 11, 1), (2, 14, 3, 13), (3, 9, 4, 8), (11, 7, 12, 6)]
 PRETZEL_8_19 += [(7, 13, 8, 12), (14, 10, 15, 9)]
+WHITEHEAD = [(6, 1, 7, 2), (10, 7, 5, 8), (4, 5, 1, 6), (2, 10, 3, 9), (8, 4, 9, 3)]
 TABLE = {
     "3_1": (3, TREFOIL),
     "4_1": (5, FIGURE_EIGHT),
@@ -142,6 +143,17 @@ class TestSeveral:
         assert diagram.determinant == 2 * hooked
         assert diagram.name is None
         assert len(diagram.simplify().diagram.turns) == 2 * hooked
+
+    def test_two_hooked_pairs_apart_from_each_other_are_tangled(self) -> None:
+        pairs = Diagram.from_gauss_code([[1, -2], [-1, 2], [3, -4], [-3, 4]], [1, 1, 1, 1])
+        assert pairs.is_tangled is True
+        assert pairs.alexander_polynomial == ()
+
+    def test_links_apart_are_judged_each_by_itself(self) -> None:
+        links = [tuple(edge + shift for edge in one) for shift in (0, 10) for one in WHITEHEAD]
+        diagram = Diagram.from_pd_code(links)
+        assert set(diagram.linking_numbers.values()) == {0}
+        assert diagram.is_tangled is True
 
     def test_cables_that_cross_once_are_not_tangled(self) -> None:
         diagram = Diagram.from_curves([[(0, 0, 0), (2, 0, 0)], [(1, -1, 1), (1, 1, 1)]])
@@ -269,6 +281,11 @@ class TestOfResults:
         depth = 2.0 + np.where(u < 0.5 * (low + high), -1.0, 1.0)
         in_space = np.column_stack((curve(u), depth))
         assert Diagram.from_curves([in_space]).signs == Diagram.from_result(result).signs
+
+    def test_curves_along_one_line_do_not_meet_beside_each_other(self) -> None:
+        straight, onward = line((0.1, 0.2, 0.3), (0.4, 0.9, 0.5)), line((0.7, 1.6, 0.5), (1.0, 2.3, 0.5))
+        step = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (2.0, 0.0, 1.0)]
+        assert Diagram.from_curves([straight, onward, step]).turns == ()
 
     @pytest.mark.parametrize("closed", [False, True])
     def test_points_that_stand_twice_change_nothing(self, closed: bool) -> None:
@@ -412,6 +429,9 @@ class TestWrong:
                 "curves 0 and 1 meet, or a corner of one lies over the",
             ),
             ([[(0, 0, 0), (2, 0, 0)], [(1, 0, 1), (1, 1, 1)]], "turn them a little"),
+            ([[(0, 0, 0), (2, 0, 0)], [(1, 0, 1), (3, 0, 1)]], "a side of curve 0 lies over one of curve 1: turn them"),
+            ([[(0, 0, 0), (0.3, 0.1, 0)], [(0.6, 0.2, 1), (0.15, 0.05, 1)]], "a side of curve 0 lies over"),
+            ([[(0, 0, 0), (2, 0, 0), (1, 0, 1)]], "a side of curve 0 lies over one of curve 0"),
             ([[(0, 0, 0)]], "a curve needs at least 2 different points, got 1"),
             ([[(0, 0, 0)] * 3], "a curve needs at least 2 different points, got 1"),
             ([[(0, 0)] * 3], r"a curve must have shape \(n, 3\)"),

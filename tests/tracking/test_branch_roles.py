@@ -55,3 +55,9 @@ def test_roles_are_those_of_the_last_frame_with_the_same_structure() -> None:
     assert sorted(known.known(observations_of(0))) == [track.id for track in result.tracks]
     assert known.known(observations_of(0, 2)) == {}
     assert known.known(observations_of(0, 1)) == {}
+
+
+def test_roles_are_kept_of_tracks_that_run_against_their_detections() -> None:
+    result, known = Pipeline(branched=True).process(mask_of(0)), BranchRoles()
+    known.record(make_observations([one.reversed() for one in result]), result.tracks)
+    assert sorted(known.known(observations_of(0))) == [track.id for track in result.tracks]

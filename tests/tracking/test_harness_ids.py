@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from dloftbs import FrameResult, Pipeline
+from dloftbs import Config, FrameResult, Pipeline
 
 
 def stream(count: int) -> list[FrameResult]:
@@ -52,3 +52,16 @@ def test_on_frames_of_another_size_branch_points_are_others() -> None:
         cv2.line(mask, (150, 100), (200, 20), (255,), 8)
         ids.append([point.id for point in pipeline.process(mask).branch_points])
     assert ids == [[1], [2]]
+
+
+def test_a_branch_point_whose_tracks_have_ended_gives_its_id_to_no_other() -> None:
+    pipeline = Pipeline(Config().replace({"linking.branched": True, "tracking.keep_lost_s": 0.1}))
+    mask = np.zeros((240, 320), np.uint8)
+    for stop in ((40, 40), (280, 40), (160, 220)):
+        cv2.line(mask, (160, 120), stop, (255,), 8)
+    first, *_, last = [pipeline.process(one) for one in (mask, *[np.zeros_like(mask)] * 10, mask)]
+    assert not {track.id for track in first.tracks} & {track.id for track in last.tracks}
+    assert [point.id for point in first.branch_points + last.branch_points] == [1, 2]
+    assert [harness.id for harness in first.harnesses + last.harnesses] == [1, 2]
+    assert pipeline._harness_ids._points.keys() == {2}
+    assert len(pipeline._harness_ids._harness_of) == 3

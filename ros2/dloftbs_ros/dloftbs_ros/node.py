@@ -307,8 +307,9 @@ class TrackNode(Node):
             name=self._topics["image"],
         )
         frame, problem = self._with_robot(frame)
+        result = self._pipeline.process(frame)
         self._answered += 1
-        self._publish(frame, self._pipeline.process(frame), problem)
+        self._publish(frame, result, problem)
 
     def _with_robot(self, frame: Frame) -> tuple[Frame, str | None]:
         """Return a frame with the robot in it; or as it is, and why, where nobody knows where the robot is."""
@@ -328,7 +329,6 @@ class TrackNode(Node):
         known, make = header_of(frame), self._make
         header = Header(known.stamp_ns, self._asked.frame_id or known.frame_id)
         in_camera, pixels = header.message(make), header.message(make, PIXELS)
-        problems = [text for text in (robot_problem, self._publish_in_space(header, result)) if text is not None]
         if self._is_heard("points_px"):
             in_image = [sample_px(track) for track in objects_of(result)]
             self._outputs["points_px"].publish(points_message(make, pixels, in_image, 2))
@@ -339,6 +339,8 @@ class TrackNode(Node):
             self._outputs["overlay/compressed"].publish(picture_message(make, in_camera, picture))
         if self._answers and self._is_heard("answers"):
             self._outputs["answers"].publish(answers_message(make, result, self._answers))
+        # After those in pixels, which need not wait for tf.
+        problems = [text for text in (robot_problem, self._publish_in_space(header, result)) if text is not None]
         diagnostics = diagnostics_message(make, in_camera, result, self.get_name(), self._bend_limit)
         (status,) = diagnostics.status
         status.values.extend(self._counts())
@@ -349,9 +351,10 @@ class TrackNode(Node):
     def _publish_in_space(self, header: Header, result: FrameResult) -> str | None:
         """Publish curves in metres; return why, where they cannot be given in the frame that was asked for."""
         make, target = self._make, self._asked.target_frame
-        listens = self._is_heard("points") or self._is_heard("markers")
-        samples: list[SampledTrack] = list(sampled_m(result)) if listens else []
-        points = result.branch_points if listens else ()
+        if not (self._is_heard("points") or self._is_heard("markers")):
+            return None
+        samples: list[SampledTrack] = list(sampled_m(result))
+        points = result.branch_points
         if self._transforms is not None and target and target != header.frame_id:
             try:
                 pose = self._transforms.pose(header.frame_id, target, header.stamp_ns)

@@ -74,7 +74,7 @@ class RobotInView:
         """
         with self._lock:
             states = self._rows.states()
-        joints = {} if not self._robot.joint_names else None if states is None else states.at(frame)
+        joints = {} if not self._robot.joint_names else None if states is None else states.at(frame, self._robot)
         if joints is None:
             raise RobotError(f"joints are unknown at the time of the frame: {self._topic}")
         if self._transforms is None:

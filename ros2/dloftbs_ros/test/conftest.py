@@ -46,9 +46,11 @@ class Peer:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self.heard: dict[str, list[Any]] = {output: [] for output in OUTPUTS}
-        for output, kind in OUTPUTS.items():
-            qos = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
-            self.node.create_subscription(kind, f"/{name}/{output}", self.heard[output].append, qos)
+        qos = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
+        self._subscriptions = {
+            output: self.node.create_subscription(kind, f"/{name}/{output}", self.heard[output].append, qos)
+            for output, kind in OUTPUTS.items()
+        }
         self.process: subprocess.Popen[bytes] | None = None
 
     def start(self, *arguments: str, **environment: str) -> None:
@@ -57,6 +59,11 @@ class Peer:
             command = [str(TRACK), "--ros-args", *arguments]
             environment = {**self._environment, **environment}
             self.process = subprocess.Popen(command, stdout=log, stderr=log, env=environment)
+
+    def stop_listening(self, *outputs: str) -> None:
+        """Listen to some outputs no more."""
+        for output in outputs:
+            self.node.destroy_subscription(self._subscriptions.pop(output))
 
     def publisher(self, kind: Any, topic: str, *, reliable: bool = True, depth: int = 50) -> Any:
         """Return a publisher here."""

@@ -299,6 +299,18 @@ def test_curves_come_in_the_frame_that_was_asked_for_by_the_transform_of_their_t
     assert "Traceback" not in peer.log()
 
 
+def test_a_transform_is_not_asked_for_while_nobody_listens_to_curves_in_space(peer):
+    camera = Camera(peer)
+    peer.stop_listening("points", "markers")
+    peer.start(*REMAPS, "-p", "target_frame:=base", PYTHONPATH=STAND_IN)
+    peer.wait_matched(*camera.publishers)
+    camera.send(0)
+    peer.wait("frame 0", lambda: peer.heard["diagnostics"])
+    assert "no transform" not in peer.heard["diagnostics"][0].status[0].message
+    assert values_of(peer.heard["diagnostics"][0])["without transform"] == "0"
+    assert peer.heard["points_px"]
+
+
 def test_a_target_frame_needs_tf(peer):
     peer.start("-p", "target_frame:=base")
     assert peer.process.wait(40) == 2
@@ -331,6 +343,19 @@ def test_a_frame_that_cannot_be_read_is_reported_and_tracking_can_begin_anew(pee
     assert [marker.action for marker in peer.heard["markers"][1].markers] == [_DELETE_ALL]
     assert peer.interrupt(signal.SIGTERM) == 0, peer.log()
     assert "Traceback" not in peer.log()
+
+
+def test_a_frame_that_cannot_be_processed_is_unreadable_and_not_answered(peer, tmp_path):
+    (tmp_path / "config.yaml").write_text("tracking: {on_new_size: error}\n")
+    image = peer.publisher(Image, "/image")
+    peer.start("-p", "hsv:=170:10", "-p", f"config:={tmp_path / 'config.yaml'}")
+    peer.wait_matched(image)
+    image.publish(image_message(MAKE, header(0), red()))
+    peer.wait("the answer", lambda: peer.heard["diagnostics"])
+    image.publish(image_message(MAKE, header(1), red()[:200]))
+    peer.wait("the error", lambda: len(peer.heard["diagnostics"]) == 2)
+    counts = values_of(peer.heard["diagnostics"][1])
+    assert (counts["answered"], counts["unreadable"]) == ("1", "1")
 
 
 @pytest.mark.parametrize("peer", ["cables"], indirect=True)

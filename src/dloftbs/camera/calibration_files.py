@@ -137,15 +137,15 @@ def _only_of_chain(keys: Keys) -> Values | None:
 
 def _from_matrix(keys: Keys) -> Values | None:
     """Read ROS's and OpenCV's forms: a camera matrix, row after row."""
-    matrix = _first(keys, "cameramatrix", "k")
+    matrix = first_of(keys, "cameramatrix", "k")
     if matrix is None:
         return None
     _check_whole(keys)
     model = keys.get("distortionmodel")
     if keys.get("fisheyemodel"):
         model = "fisheye"
-    coefficients = numbers_of("distortion", _first(keys, "distortioncoefficients", "distcoeffs", "distcoeff", "d"))
-    size = _size(_first(keys, "imagewidth", "width"), _first(keys, "imageheight", "height"))
+    coefficients = numbers_of("distortion", first_of(keys, "distortioncoefficients", "distcoeffs", "distcoeff", "d"))
+    size = _size(first_of(keys, "imagewidth", "width"), first_of(keys, "imageheight", "height"))
     return _build(matrix_of(matrix), coefficients, model, size)
 
 
@@ -229,7 +229,7 @@ def _registration(keys: Keys, make: Callable[[Values], Camera]) -> tuple[tuple[C
     cameras: dict[str, Camera] = {}
     for name, value in (
         ("depth_camera", keys.get("depthcamera")),
-        ("colour_camera", _first(keys, "colourcamera", "colorcamera")),
+        ("colour_camera", first_of(keys, "colourcamera", "colorcamera")),
     ):
         if not isinstance(value, dict):
             raise InputError(
@@ -260,7 +260,8 @@ def _required(keys: Keys, name: str) -> Any:
     return keys[_plain(name)]
 
 
-def _first(keys: Keys, *names: str) -> Any:
+def first_of(keys: Keys, *names: str) -> Any:
+    """Return the value of the first of some keys that has one; None where none has."""
     return next((keys[name] for name in names if keys.get(name) is not None), None)
 
 

@@ -9,11 +9,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.camera.registration import ROTATION_TOLERANCE
 from dloftbs.errors import InputError, SourceError
 from dloftbs.support.arrays import FloatArray, as_float_array, as_vector
 from dloftbs.support.documents import parse_yaml, read_text
 from dloftbs.support.values import check_path, shown
+
+_ROTATION_TOLERANCE = 1e-3
+"""Largest entry of R R^T - 1 of a rotation that was written with few digits, a share of 1.
+
+Source: by hand; four digits.
+"""
 
 POSE_FORMS = "a matrix (4, 4), or translation_m (3,) with rotation (3, 3), quaternion_xyzw (4,) or rpy (3,) in radians"
 _ROTATIONS = ("rotation", "quaternion_xyzw", "rpy")
@@ -41,7 +46,7 @@ def as_pose(name: str, value: npt.ArrayLike | Mapping[str, Any]) -> FloatArray:
     pose = as_float_array(name, value)
     if pose.shape != (4, 4):
         raise InputError(f"{name} must be {POSE_FORMS}, got shape {pose.shape}")
-    if not np.allclose(pose[3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=ROTATION_TOLERANCE):
+    if not np.allclose(pose[3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=_ROTATION_TOLERANCE):
         raise InputError(f"the last row of {name} must be 0 0 0 1, got {pose[3].tolist()}")
     return _with_rotation(name, pose[:3, :3], pose[:3, 3])
 
@@ -69,6 +74,12 @@ def pose_of(rotation: FloatArray, translation_m: npt.ArrayLike) -> FloatArray:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation, translation_m
     return pose
+
+
+def is_rotation(matrix: FloatArray) -> bool:
+    """Return whether a matrix (3, 3) is a rotation, but for the few digits that it may be written with."""
+    off = float(np.abs(matrix @ matrix.T - np.eye(3)).max())
+    return off <= _ROTATION_TOLERANCE and bool(np.linalg.det(matrix) >= 0.0)
 
 
 def inverse_of(pose: FloatArray) -> FloatArray:
@@ -109,7 +120,7 @@ def _pose_of(name: str, given: Mapping[str, Any]) -> FloatArray:
 def _of_quaternion(name: str, quaternion: FloatArray) -> FloatArray:
     """Return the rotation of a quaternion x, y, z, w."""
     norm = float(np.linalg.norm(quaternion))
-    if abs(norm - 1.0) > ROTATION_TOLERANCE:
+    if abs(norm - 1.0) > _ROTATION_TOLERANCE:
         raise InputError(f"quaternion_xyzw of {name} must have the length 1, got {norm:g}")
     sine = float(np.linalg.norm(quaternion[:3]))
     if sine == 0.0:
@@ -118,7 +129,6 @@ def _of_quaternion(name: str, quaternion: FloatArray) -> FloatArray:
 
 
 def _with_rotation(name: str, rotation: FloatArray, translation: FloatArray) -> FloatArray:
-    off = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
-    if off > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0:
+    if not is_rotation(rotation):
         raise InputError(f"the rotation of {name} must be one, R R^T = 1 and det R = 1, got {rotation.tolist()}")
     return pose_of(rotation, translation)

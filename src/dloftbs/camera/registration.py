@@ -12,15 +12,11 @@ import numpy.typing as npt
 
 from dloftbs.camera.calibration_files import read_registration
 from dloftbs.camera.pinhole import PinholeCamera
+from dloftbs.camera.poses import is_rotation
 from dloftbs.errors import InputError
 from dloftbs.support.array_likes import as_array
-from dloftbs.support.arrays import FloatArray, as_vector, check_depth
+from dloftbs.support.arrays import AnyArray, FloatArray, as_vector, check_depth
 from dloftbs.support.values import DEPTH_UNITS_M, MILLIMETRE_M, abridged, check_number, check_path, check_size
-
-AnyArray = npt.NDArray[Any]
-
-ROTATION_TOLERANCE = 1e-3
-"""Tolerance for a rotation matrix that was written with few digits."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,8 +54,7 @@ class DepthRegistration:
         if rotation.shape != (3, 3):
             raise InputError(f"rotation must have shape (3, 3), got {rotation.shape}")
         r = as_vector("rotation", rotation.ravel(), 9).reshape(3, 3)
-        off = float(np.abs(r @ r.T - np.eye(3)).max())
-        if off > ROTATION_TOLERANCE or np.linalg.det(r) < 0:
+        if not is_rotation(r):
             raise InputError(f"rotation must be a rotation, R R^T = 1 and det R = 1, got {r.tolist()}")
         object.__setattr__(self, "depth_unit_m", check_number("depth_unit_m", self.depth_unit_m, *DEPTH_UNITS_M))
         object.__setattr__(self, "rotation", tuple(tuple(row) for row in r.tolist()))

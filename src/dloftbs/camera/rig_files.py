@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs.camera.calibration_files import content_of, matrix_of, normal_keys, numbers_of
+from dloftbs.camera.calibration_files import content_of, first_of, matrix_of, normal_keys, numbers_of
 from dloftbs.camera.pinhole import PinholeCamera
 from dloftbs.camera.poses import POSE_FORMS, POSE_KEYS, as_pose, inverse_of, pose_of
 from dloftbs.errors import InputError, SourceError
@@ -110,20 +110,20 @@ def _from_opencv(keys: Keys) -> CamerasAndPoses | None:
     """Read what stereoCalibrate returns under the names of OpenCV's samples and users; None where there is none."""
     cameras = []
     for number in ("1", "2"):
-        matrix = _first(keys, f"m{number}", f"k{number}", f"cameramatrix{number}")
+        matrix = first_of(keys, f"m{number}", f"k{number}", f"cameramatrix{number}")
         if matrix is None:
             return None
         own = {
             "cameramatrix": matrix,
-            "distortioncoefficients": _first(keys, f"d{number}", f"dist{number}", f"distcoeffs{number}"),
+            "distortioncoefficients": first_of(keys, f"d{number}", f"dist{number}", f"distcoeffs{number}"),
             "distortionmodel": keys.get("distortionmodel"),
             "fisheyemodel": keys.get("fisheyemodel"),
         }
-        size = _first(keys, "imagesize", "size")
+        size = first_of(keys, "imagesize", "size")
         if size is not None:
             own["imagewidth"], own["imageheight"] = numbers_of("image_size", size, 2)
         cameras.append(PinholeCamera.from_calibration({key: value for key, value in own.items() if value is not None}))
-    rotation, translation = _first(keys, "r", "rotation"), _first(keys, "t", "translation")
+    rotation, translation = first_of(keys, "r", "rotation"), first_of(keys, "t", "translation")
     if rotation is None or translation is None:
         raise InputError(
             "has two cameras, but neither R nor T between them: OpenCV's sample writes them to extrinsics.yml; "
@@ -137,10 +137,10 @@ def _from_camera_infos(left: Keys, right: Keys, rectified: bool) -> CamerasAndPo
     """Read two of ROS's CameraInfo; P of the second has the baseline, in the frame of the rectified images."""
     cameras, poses = [], []
     for name, keys in (("left", left), ("right", right)):
-        p = np.array(numbers_of("P", _first(keys, "projectionmatrix", "p"), 12)).reshape(3, 4)
+        p = np.array(numbers_of("P", first_of(keys, "projectionmatrix", "p"), 12)).reshape(3, 4)
         if not (p[0, 0] > 0.0 and p[1, 1] > 0.0):
             raise InputError(f"P of the {name} camera has no focal length: {p.tolist()}")
-        turn = _first(keys, "rectificationmatrix", "r")
+        turn = first_of(keys, "rectificationmatrix", "r")
         # R takes a camera's points to the rectified frame, which both share but for the baseline.
         rotation = np.eye(3) if rectified or turn is None else matrix_of(turn, "R")
         # P = K [1 | t], so that a point of the first camera is at X + t in this one's, which stands at -t.
@@ -157,7 +157,3 @@ def _from_camera_infos(left: Keys, right: Keys, rectified: bool) -> CamerasAndPo
             "poses in a file of our own"
         )
     return cameras, poses
-
-
-def _first(keys: Keys, *names: str) -> Any:
-    return next((keys[name] for name in names if keys.get(name) is not None), None)

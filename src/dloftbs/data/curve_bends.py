@@ -136,7 +136,7 @@ def _smooth_curvature(curve: CurveLike, wave: float) -> tuple[FloatArray, FloatA
     t = curve.t_at(places)
     course = np.concatenate((directions(curve.spline, t), bends(curve.spline, t)), axis=1)
     windows = wave * count / curve.length * _LENGTHS
-    windows = windows[windows <= len(places)]
+    windows = windows[: max(np.searchsorted(windows, len(places), "right"), 1)]  # the first fits, but for rounding
     found, straight = (
         np.stack(one) for one in zip(*[_averages(course, w, curve.closed) for w in windows], strict=True)
     )

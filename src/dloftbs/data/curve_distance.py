@@ -33,7 +33,8 @@ def nearest_places(a: CurveLike, b: CurveLike) -> tuple[float, float, float]:
     for i in lowest[np.argsort(distances[lowest], kind="stable")][:_REFINED]:
         best = min(best, _refined(a, b, *_around(a, t_a, int(i)), *_around(b, t_b, int(nearest[i]))))
     distance, at_a, at_b = best
-    return float(a.u_at(at_a)), float(b.u_at(at_b)), distance
+    u_a, u_b = (float(one.u_at(at)) for one, at in ((a, at_a), (b, at_b)))
+    return u_a % 1.0 if a.closed else u_a, u_b % 1.0 if b.closed else u_b, distance
 
 
 def nearest_pixel(curve: CurveLike, mask: AnyArray) -> tuple[float, tuple[float, float], float] | None:

@@ -403,6 +403,18 @@ class Crossing:
         return cls(position, cast(_Passes, tuple(passes)), top, confidence)
 
 
+def place_in(detections: Sequence[Detection], one: Detection) -> tuple[int | None, bool]:
+    """Return which of some detections another one is, None for none of them, and whether it runs the other way."""
+    wanted = one.curve.control_points
+    for number, detection in enumerate(detections):
+        control = detection.curve.control_points
+        if np.array_equal(control, wanted):
+            return number, False
+        if np.array_equal(control[::-1], wanted):
+            return number, True
+    return None, False
+
+
 def curves_of(found: Sequence[Detection | BSplineCurve]) -> list[BSplineCurve]:
     """Return the curves in the image of objects that a tracker is given.
 

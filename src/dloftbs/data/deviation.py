@@ -58,6 +58,7 @@ def terms_in_image(curve: BSplineCurve, line: Centerline, inferred: Spans, u: Fl
     goes together for so long stays: the radii show it, since edges that move apart are as frequent as edges that move
     to one side.
     """
+    u = np.mod(u, 1.0) if curve.closed else u
     width, length, at = line.width_px, curve.length, u * curve.length
     spacing = np.maximum(_spacing(curve, u), width / _MISFIT_WIDTHS)
     averaged = np.sqrt(width / spacing)
@@ -70,14 +71,17 @@ def terms_in_image(curve: BSplineCurve, line: Centerline, inferred: Spans, u: Fl
     off = line.points - curve.spline(line.u)
     along = curve.spline(line.u, nu=1)
     across = (along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0]) / np.maximum(np.linalg.norm(along, axis=1), 1e-12)
-    places = curve.u_at(line.u) * length
-    misfit = np.sqrt(_mean_near(places, across**2, at, _MISFIT_WIDTHS * width))
-    # Radii that are equal to the last bit were laid along the line, as where cables run side by side.
-    equal = np.append(np.diff(line.radius) == 0.0, [False])
-    unmeasured = _mean_near(places, equal.astype(np.float64), at, _MISFIT_WIDTHS * width)
+    places, squares, radius = curve.u_at(line.u) * length, across**2, line.radius
     # Three stretches have to fit, with room to move.
     stretches = np.minimum(np.maximum(_spacing(curve, curve.u_at(line.u)), width / _MISFIT_WIDTHS), 0.25 * length)
-    roughness = _roughness(places, line.radius, stretches, at, _ROUGHNESS_WIDTHS * width)
+    if curve.closed:  # three times around, so that windows go on beyond the seam
+        places = np.concatenate((places - length, places, places + length))
+        squares, radius, stretches = np.tile((squares, radius, stretches), 3)
+    misfit = np.sqrt(_mean_near(places, squares, at, _MISFIT_WIDTHS * width))
+    # Radii that are equal to the last bit were laid along the line, as where cables run side by side.
+    equal = np.append(np.diff(radius) == 0.0, [False])
+    unmeasured = _mean_near(places, equal.astype(np.float64), at, _MISFIT_WIDTHS * width)
+    roughness = _roughness(places, radius, stretches, at, _ROUGHNESS_WIDTHS * width)
     hidden = depth_inside(u, inferred) * length
     hidden[hidden > 0.0] += 0.5 * width
     columns = (
@@ -108,7 +112,8 @@ def _bends(curve: BSplineCurve) -> FloatArray:
     steps = np.diff(curve.breaks)
     third = curve.spline(curve.breaks[:-1] + 0.5 * steps, nu=3)
     jumps = np.linalg.norm(np.diff(third, axis=0), axis=1)
-    around = np.concatenate(([0.0], jumps, [0.0]))
+    seam = np.linalg.norm(third[:1] - third[-1:], axis=1) if curve.closed else np.zeros(1)
+    around = np.concatenate((seam, jumps, seam))
     bends: FloatArray = _CUBIC_ERROR * steps**3 * np.maximum(around[:-1], around[1:])
     return bends
 

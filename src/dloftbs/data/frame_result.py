@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast, overload
 
-import numpy as np
-
 from dloftbs.config import Roi, read_roi
 from dloftbs.data.branch_point import BranchPoint
-from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.detection import Crossing, Detection, place_in
 from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame import Frame
 from dloftbs.data.harness import Harness, Route
@@ -103,7 +101,7 @@ class FrameResult:
             stamp=check_stamp(self.stamp),
             name=check_text("name", self.name),
             crossings=check_all("crossings", self.crossings, Crossing),
-            stage_ms=_stage_ms(self.stage_ms),
+            stage_ms=checked_stage_ms(self.stage_ms),
             dropped=check_all("dropped", self.dropped, Dropped),
             roi=None if self.roi is None else read_roi(self.roi),
             branch_points=check_all("branch_points", self.branch_points, BranchPoint),
@@ -247,15 +245,7 @@ class FrameResult:
 
     def _place_of(self, track: Track) -> tuple[int | None, bool]:
         """Return which of `detections` a track holds, None for none, and whether it holds it run the other way."""
-        if track.detection is not None:
-            wanted = track.detection.curve.control_points
-            for number, detection in enumerate(self.detections):
-                control = detection.curve.control_points
-                if np.array_equal(control, wanted):
-                    return number, False
-                if np.array_equal(control[::-1], wanted):
-                    return number, True
-        return None, False
+        return (None, False) if track.detection is None else place_in(self.detections, track.detection)
 
     def save(self, path: str | Path, frame: Frame | None = None) -> None:
         """Write the result into a file of the kind that its name says, as `sinks.open` opens it.
@@ -339,7 +329,14 @@ class FrameResult:
         return outputs().plot(self, ax)
 
 
-def _stage_ms(given: object) -> dict[str, float]:
+def checked_stage_ms(given: object) -> dict[str, float]:
+    """Return the milliseconds of stages, checked.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping from texts to such numbers.
+    """
     if not isinstance(given, Mapping):
         raise InputError(f"stage_ms must map stages to milliseconds, got {shown(given)}")
     return {

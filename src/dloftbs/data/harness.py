@@ -135,7 +135,6 @@ class Harness:
             id=None if self.id is None else check_integer("id", self.id, 1, MAX_WHOLE),
         )
         for point in self.branch_points:
-            check_type("branch_points", point, BranchPoint)
             for branch, _ in point.members:
                 if branch not in self.branches:
                     raise InputError(f"a branch point's members must be among the branches, got detection {branch}")

@@ -67,7 +67,8 @@ class Paths:
 
     def shortest(self, start: End, stop: End) -> list[Step] | None:
         """Return the shortest way from one end to another; None where there is none."""
-        queue: list[tuple[float, list[Step]]] = [(0.0, [Step(start[0], start[1] == 1)])]
+        first = self.detections[start[0]].curve.length
+        queue: list[tuple[float, list[Step]]] = [(first, [Step(start[0], start[1] == 1)])]
         done: set[int] = set()
         while queue:
             length, steps = heapq.heappop(queue)
@@ -79,10 +80,10 @@ class Paths:
             if at is None or at in done:
                 continue
             done.add(at)
-            length += self.detections[last.branch].curve.length
             for branch, end in self.branch_points[at].members:
                 if (branch, end) != leaves:
-                    heapq.heappush(queue, (length, [*steps, Step(branch, end == 1)]))
+                    own = self.detections[branch].curve.length
+                    heapq.heappush(queue, (length + own, [*steps, Step(branch, end == 1)]))
         return None
 
     def curve_along(self, steps: Sequence[Step], *, in_space: bool) -> BSplineCurve | None:

@@ -49,7 +49,7 @@ class Routing:
 
     def trunk(self) -> End | None:
         """Return the end from which the routes lead, as `Harness.trunk` has it."""
-        if len(self._ends) < 2:
+        if len(self._ends) < 2 or len(self._branches) == 1:
             return self._ends[0] if self._ends else None
         widths = sorted([(self._detections[end[0]].width_px, end) for end in self._ends], reverse=True)
         other = next((width for width, end in widths if end[0] != widths[0][1][0]), 0.0)
@@ -60,7 +60,7 @@ class Routing:
     def ways(self, trunk: End | None) -> list[list[Step]]:
         """Return the ways of the routes from an end, as `Harness.routes` has them."""
         if trunk is None or len(self._branches) == 1:
-            return [[Step(branch, False)] for branch in self._branches]
+            return [[Step(branch, trunk == (branch, 1))] for branch in self._branches]
         ways = [steps for end in self._ends if end != trunk and (steps := self._way_to(trunk, end))]
         covered = {step.branch for steps in ways for step in steps}
         for branch in self._branches:

@@ -335,7 +335,7 @@ def _std_on(
     at = curve.u_at(curve.t_at(u))
     if curve == seen:
         return std_of(at)
-    flat = at.ravel()
+    flat = np.mod(at.ravel(), 1.0) if curve.closed else at.ravel()
     places = np.array([seen.nearest(point)[0] for point in curve(flat)])
     return with_hidden(std_of(places), flat, inferred, curve.length, margin).reshape(at.shape)
 

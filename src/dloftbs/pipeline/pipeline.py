@@ -199,7 +199,7 @@ class Pipeline:
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         result = _result(frame, run, tracks)
         if result.harnesses:
-            named = self._harness_ids.update(result.harnesses, tracks)
+            named = self._harness_ids.update(result.harnesses, tracks, self._tracker._held_ids)
             points = tuple([point for harness in named for point in harness.branch_points])
             result = replace(result, harnesses=named, branch_points=points)
         result = result if region is None else WholeImage(region, whole).result(result)
@@ -267,8 +267,9 @@ class Pipeline:
         """Return the frame that the stages see of a whole one, the region that it is cut to, and what they found."""
         region = self._region_in(whole)
         frame = whole if region is None else region.crop(whole)
+        segmenter = None if self._segmenter is None else self._segmenter.alone()
         with preparation.compiling_ahead(kernel_rooms(self._config, frame)):
-            return frame, region, run_stages(frame, self._config, self._segmenter, region=region)
+            return frame, region, run_stages(frame, self._config, segmenter, region=region)
 
     def _region_in(self, frame: Frame) -> Region | None:
         """Return the region of interest in frames of a size; None reads all of them."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import csv
+import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
+from dloftbs.robot.robot_model import RobotModel
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.documents import read_text
 from dloftbs.support.values import check_path
@@ -17,33 +20,36 @@ _FIRST = ("time", "frame")
 
 
 class JointStates:
-    """Positions of joints, each at times or in frames.
+    """Positions of joints, each at times or in frames of its own.
 
     Parameters
     ----------
-    keys : numpy.ndarray, shape (n,)
-        Times in seconds, on the clock of the frames' stamps, or the frames' indices; they rise.
-    positions : dict of str to numpy.ndarray, shape (n,)
-        By the joints' names, radians or metres.
+    rows : mapping of str to (numpy.ndarray, numpy.ndarray), each of shape (n,)
+        By the joints' names: times in seconds, on the clock of the frames' stamps, or the frames' indices, which rise;
+        and the positions there, radians or metres.
     by_frame : bool
-        Whether keys are indices.
+        Whether positions belong to indices.
 
     Raises
     ------
     InputError
-        If there are none, or they do not rise.
+        If a joint has no position, or its times do not rise.
     """
 
-    def __init__(self, keys: FloatArray, positions: dict[str, FloatArray], *, by_frame: bool = False) -> None:
+    def __init__(self, rows: Mapping[str, tuple[FloatArray, FloatArray]], *, by_frame: bool = False) -> None:
         what = "frames" if by_frame else "times"
-        if not len(keys) or not np.isfinite(keys).all() or (np.diff(keys) <= 0.0).any():
-            raise InputError(f"{what} of joints must be one or more, and rise from row to row")
-        self._keys, self._positions, self._by_frame = keys, positions, by_frame
+        for keys, _ in rows.values():
+            if not len(keys) or not np.isfinite(keys).all() or (np.diff(keys) <= 0.0).any():
+                raise InputError(f"{what} of joints must be one or more, and rise from row to row")
+        self._rows, self._by_frame = dict(rows), by_frame
         # What is farther from the next row than this is not known: a row was left out, or the recording had ended.
-        self._gap = 1.5 * float(np.median(np.diff(keys))) if len(keys) > 1 else 0.0
+        self._gaps = {
+            name: 1.5 * float(np.median(np.diff(keys))) if len(keys) > 1 and not by_frame else 0.0
+            for name, (keys, _) in rows.items()
+        }
 
     def __repr__(self) -> str:
-        return f"JointStates({len(self._keys)} rows, {', '.join(self._positions)})"
+        return f"JointStates({', '.join(f'{name}: {len(keys)} rows' for name, (keys, _) in self._rows.items())})"
 
     @classmethod
     def from_csv(cls, path: str | Path) -> JointStates:
@@ -65,31 +71,43 @@ class JointStates:
                 )
             table = np.array([_numbers(row, number, len(header)) for number, row in enumerate(rows[1:], 2)])
             columns = table.reshape(-1, len(header)).T
-            return cls(columns[0], dict(zip(header[1:], columns[1:], strict=True)), by_frame=header[0] == "frame")
+            positions = {name: (columns[0], column) for name, column in zip(header[1:], columns[1:], strict=True)}
+            return cls(positions, by_frame=header[0] == "frame")
         except (InputError, csv.Error) as error:
             raise SourceError(f"{place}: {error}") from error
 
-    def at(self, frame: Frame) -> dict[str, float] | None:
-        """Return the positions when a frame was taken, between two rows in proportion; None where they are unknown.
+    def at(self, frame: Frame, robot: RobotModel) -> dict[str, float] | None:
+        """Return the positions when a frame was taken, between two rows in proportion.
 
-        They are unknown before the first row and after the last by more than one and a half steps of the rows, and in
-        gaps of more than three. Frames are found by their index alone.
+        A continuous joint turns the short way from row to row.
+        A joint's position is unknown before its first row and after its last by more than one and a half steps of its
+        rows, and in gaps of more than three. Frames are found by their index alone.
+
+        Returns
+        -------
+        dict of str to float, or None
+            Of all joints whose positions are known; None where that of one which the robot needs is unknown.
 
         Raises
         ------
         InputError
             If the rows have times, and the frame has no stamp.
         """
-        if self._by_frame:
-            found = np.flatnonzero(self._keys == frame.index)
-            return None if not len(found) else {name: float(row[found[0]]) for name, row in self._positions.items()}
-        if frame.stamp is None:
+        key = frame.index if self._by_frame else frame.stamp
+        if key is None:
             raise InputError(
                 "joints with times need frames with stamps: give --fps, or a column frame in the place of time"
             )
-        if float(np.abs(self._keys - frame.stamp).min()) > self._gap:
-            return None
-        return {name: float(np.interp(frame.stamp, self._keys, row)) for name, row in self._positions.items()}
+        positions = {}
+        for name, (keys, row) in self._rows.items():
+            distances = np.abs(keys - key)
+            nearest = int(distances.argmin())
+            if distances[nearest] <= self._gaps[name]:
+                turns = np.round((row - row[nearest]) / math.tau) if name in robot.continuous_joints else 0.0
+                positions[name] = float(np.interp(key, keys, row - math.tau * turns))
+            elif name in robot.joint_names:
+                return None
+        return positions
 
 
 def _numbers(row: list[str], number: int, count: int) -> list[float]:

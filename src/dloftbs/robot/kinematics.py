@@ -12,7 +12,8 @@ from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.values import check_number
 
-TURNING, SLIDING, FIXED = ("revolute", "continuous"), ("prismatic",), ("fixed",)
+CONTINUOUS = "continuous"
+TURNING, SLIDING, FIXED = ("revolute", CONTINUOUS), ("prismatic",), ("fixed",)
 """Types of joints, as URDF names them.
 
 Source: by definition.
@@ -39,7 +40,7 @@ class RobotJoint:
     origin : numpy.ndarray, shape (4, 4)
         Pose of the child in the parent where the joint's position is 0.
     axis : numpy.ndarray, shape (3,)
-        Unit vector in the child's frame.
+        Unit vector in the child's frame; of any length where the joint is fixed.
     mimic : (str, float, float), optional
         Joint that this one follows, a factor and an offset.
     """
@@ -66,6 +67,22 @@ class RobotJoint:
             motion[:3, 3] = position * self.axis
         moved: FloatArray = self.origin @ motion
         return moved
+
+
+def checked_axis(name: str, kind: str, axis: FloatArray) -> FloatArray:
+    """Return the axis (3,) of a joint as a unit vector; exporters write zeros for fixed joints, which need none.
+
+    Raises
+    ------
+    InputError
+        If the joint moves and its axis has no length.
+    """
+    if kind in FIXED:
+        return axis
+    length = float(np.linalg.norm(axis))
+    if length == 0.0:
+        raise InputError(f"the axis of joint {name} must have a length")
+    return axis / length
 
 
 def sort_joints(joints: Sequence[RobotJoint]) -> tuple[RobotJoint, ...]:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.camera import CameraLike, as_camera, as_pose
+from dloftbs.camera import CameraLike, as_camera, as_pose, inverse_of
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.bodies import Body, Mask, cover
-from dloftbs.robot.kinematics import DEFAULT_BASE, RobotJoint, place_links, sort_joints
+from dloftbs.robot.kinematics import CONTINUOUS, DEFAULT_BASE, RobotJoint, place_links, sort_joints
 from dloftbs.robot.robot_gripper import RobotGripper
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.values import check_path, check_size, check_type
@@ -107,6 +107,11 @@ class RobotModel:
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints whose positions are needed."""
         return tuple(joint.name for joint in self._joints if joint.moves)
+
+    @property
+    def continuous_joints(self) -> tuple[str, ...]:
+        """Names of the joints that turn without limit, whose positions may leap by a turn."""
+        return tuple(joint.name for joint in self._joints if joint.kind == CONTINUOUS)
 
     @property
     def has_camera(self) -> bool:
@@ -223,7 +228,5 @@ class RobotModel:
                 "the pose of the camera in the robot's base is unknown: give pose=, --camera-pose, or camera_pose in "
                 "the robot's YAML file"
             )
-        from_base = np.eye(4)
-        from_base[:3, :3] = camera[:3, :3].T
-        from_base[:3, 3] = -camera[:3, :3].T @ camera[:3, 3]
+        from_base = inverse_of(camera)
         return {name: from_base @ at for name, at in links.items()}

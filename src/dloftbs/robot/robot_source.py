@@ -17,7 +17,7 @@ from dloftbs.support.values import check_type
 class RobotSource(Source):
     """Frames of a source, each with the pixels that a robot covers as occluders, and the grippers that hold.
 
-    Occluders that a frame has already stay occluders. A frame at whose time the joints are unknown goes without; the
+    Occluders that a frame has already stay occluders. A frame at whose time a joint is unknown goes without; the
     first one is named in a warning, and all of them are counted at the end.
 
     Parameters
@@ -66,7 +66,7 @@ class RobotSource(Source):
         try:
             for frame in frames:
                 self.skipped = self._source.skipped
-                positions = self._joints.at(frame)
+                positions = self._joints.at(frame, self._robot)
                 if positions is None:
                     without += 1
                     if without == 1:

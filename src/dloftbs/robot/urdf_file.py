@@ -10,7 +10,7 @@ import numpy as np
 
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.bodies import Body
-from dloftbs.robot.kinematics import FIXED, SLIDING, TURNING, RobotJoint
+from dloftbs.robot.kinematics import FIXED, SLIDING, TURNING, RobotJoint, checked_axis
 from dloftbs.support.arrays import FloatArray
 
 _ROUND = 32
@@ -56,10 +56,8 @@ def _joint(joint: Any) -> RobotJoint:
     if joint.mimic is not None:
         factor, offset = joint.mimic.multiplier, joint.mimic.offset
         mimic = (joint.mimic.joint, 1.0 if factor is None else float(factor), 0.0 if offset is None else float(offset))
-    length = float(np.linalg.norm(axis))
-    if length == 0.0:
-        raise InputError(f"the axis of joint {joint.name} must have a length")
-    return RobotJoint(joint.name, joint.type, joint.parent, joint.child, _pose(joint.origin), axis / length, mimic)
+    axis = checked_axis(joint.name, joint.type, axis)
+    return RobotJoint(joint.name, joint.type, joint.parent, joint.child, _pose(joint.origin), axis, mimic)
 
 
 def _body(link: str, collision: Any, path: Path, meshes: Path) -> Body:

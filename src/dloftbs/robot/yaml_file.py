@@ -11,7 +11,7 @@ import numpy as np
 from dloftbs.camera import as_pose
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.bodies import Body
-from dloftbs.robot.kinematics import DEFAULT_BASE, FIXED, SLIDING, TURNING, RobotJoint
+from dloftbs.robot.kinematics import DEFAULT_BASE, FIXED, SLIDING, TURNING, RobotJoint, checked_axis
 from dloftbs.robot.robot_gripper import RobotGripper
 from dloftbs.robot.urdf_file import read_urdf
 from dloftbs.support.arrays import FloatArray, as_vector
@@ -73,13 +73,10 @@ def _joint(row: object) -> RobotJoint:
     if kind not in (*TURNING, *SLIDING, *FIXED):
         known = ", ".join((*TURNING, *SLIDING, *FIXED))
         raise InputError(f"the type of joint {name} must be one of {known}, got {shown(kind)}")
-    axis = as_vector(f"the axis of joint {name}", data.get("axis", (0.0, 0.0, 1.0)), 3)
-    length = float(np.linalg.norm(axis))
-    if length == 0.0:
-        raise InputError(f"the axis of joint {name} must have a length")
+    axis = checked_axis(name, kind, as_vector(f"the axis of joint {name}", data.get("axis", (0.0, 0.0, 1.0)), 3))
     links = [check_text(f"the {end} of joint {name}", data[end]) for end in ("parent", "child")]
     origin = as_pose(f"the origin of joint {name}", data["origin"]) if "origin" in data else np.eye(4)
-    return RobotJoint(name, kind, links[0], links[1], origin, axis / length)
+    return RobotJoint(name, kind, links[0], links[1], origin, axis)
 
 
 def _capsule(row: object) -> Body:

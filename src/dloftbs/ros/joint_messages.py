@@ -60,16 +60,11 @@ class JointRows:
                 del row[first]
 
     def states(self) -> JointStates | None:
-        """Return the joints at the times of the one that came most often, or None where none came."""
+        """Return the joints, each at the times of its own messages, or None where none came."""
         if not self._rows:
             return None
-        densest = max(self._rows, key=lambda name: len(self._rows[name]))
-        times = np.array(sorted(self._rows[densest]))
-        positions = {}
-        for name, row in self._rows.items():
-            keys = sorted(row)
-            positions[name] = np.interp(times, keys, [row[key] for key in keys])
-        return JointStates(times, positions)
+        rows = {name: np.array(sorted(row.items())).T for name, row in self._rows.items()}
+        return JointStates({name: (times, positions) for name, (times, positions) in rows.items()})
 
 
 def read_joints(path: str | Path, topic: str) -> JointStates:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-import numpy as np
-
 from dloftbs.data.branch_point import BranchPoint
 from dloftbs.ros.message_factory import MessageFactory
 from dloftbs.ros.track_samples import SampledTrack, checked_samples
@@ -111,7 +109,7 @@ class MarkerWriter:
         blue, green, red = (channel / 255.0 for channel in self._style.colour(sample.track.id - 1))
         bright = make("std_msgs/msg/ColorRGBA", r=red, g=green, b=blue, a=1.0)
         dim = make("std_msgs/msg/ColorRGBA", r=red, g=green, b=blue, a=_DIM)
-        width_m = max(_width_m(sample), _MIN_WIDTH_M)
+        width_m = max(sample.track.width_m or 0.0, _MIN_WIDTH_M)
         upright = make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0)
         return make(
             "visualization_msgs/msg/Marker",
@@ -126,12 +124,3 @@ class MarkerWriter:
             points=[make("geometry_msgs/msg/Point", x=x, y=y, z=z) for x, y, z in sample.points.tolist()],
             colors=[dim if inferred else bright for inferred in sample.inferred.tolist()],
         )
-
-
-def _width_m(sample: SampledTrack) -> float:
-    """Return the width in space that the width in the image has at the median distance; 0 where it is not known."""
-    track = sample.track
-    if track.width_px is None or track.camera is None or track.curve_3d is None:
-        return 0.0
-    own = track.curve_3d(np.linspace(0.0, 1.0, len(sample.points)))  # the points may be in another coordinate frame
-    return float(track.width_px * np.median(own[:, 2]) / np.sqrt(track.camera.fx * track.camera.fy))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import inspect
 from collections.abc import Callable, Sequence
@@ -72,6 +73,14 @@ class FrameSegmenter:
         if masks:
             needed.insert(0, functools.reduce(_either, masks))
         return functools.reduce(_both, needed)  # a frame without a mask has an image
+
+    def alone(self) -> FrameSegmenter:
+        """Return one for a frame by itself, without the plane of the frames before; this one keeps it."""
+        other = copy.copy(self)
+        other._joined = tuple(
+            [(ask.alone() if isinstance(ask, PlaneSegmenter) else ask, join) for ask, join in self._joined]
+        )
+        return other
 
     def reset(self) -> None:
         """Forget the frames before."""

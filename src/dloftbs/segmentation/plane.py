@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+from functools import lru_cache
+
 import cv2
 import numpy as np
 import numpy.typing as npt
@@ -89,14 +92,20 @@ class PlaneSegmenter:
 
     def __init__(self, config: PlaneConfig) -> None:
         self._config = config
+        self._rays: npt.NDArray[np.float32] | None = None
+        self._seen_by: PinholeCamera | None = None
         self.reset()
 
     def reset(self) -> None:
         """Forget the plane."""
         self._plane: FloatArray | None = None
         self._share = 0.0
-        self._rays: npt.NDArray[np.float32] | None = None
-        self._seen_by: PinholeCamera | None = None
+
+    def alone(self) -> PlaneSegmenter:
+        """Return one that knows no plane; this one keeps its own."""
+        other = copy.copy(self)
+        other.reset()
+        return other
 
     def __call__(self, frame: Frame) -> npt.NDArray[np.uint8]:
         """Return 1 for the pixels above the plane by more than the height, shape (H, W); none where there is no plane.
@@ -173,6 +182,7 @@ def _noise(heights: npt.NDArray[np.uint16], missing: npt.NDArray[np.bool_]) -> f
     return _MAD_TO_SIGMA * float(np.median(np.abs(some - np.median(some)))) if some.size else 0.0
 
 
+@lru_cache(maxsize=2)
 def _rays(camera: PinholeCamera, size: tuple[int, int]) -> npt.NDArray[np.float32]:
     rows, columns = np.mgrid[: size[0], : size[1]]
     pixels = np.column_stack((columns.ravel(), rows.ravel())).astype(np.float64)

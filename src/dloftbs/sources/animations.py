@@ -14,8 +14,9 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
 from dloftbs.sources.alpha_channel import LEFT_OUT, split, telling
 from dloftbs.sources.image_header import is_animated, is_lossy, read_durations
-from dloftbs.sources.pixels import AnyArray, Kind, check_header, image_or_mask, read_bytes
+from dloftbs.sources.pixels import Kind, check_header, image_or_mask, read_bytes
 from dloftbs.sources.source import Source, logger
+from dloftbs.support.arrays import AnyArray
 
 ANIMATED_EXTENSIONS = (".png", ".webp")
 """Endings of the image files that may hold an animation."""

@@ -9,7 +9,8 @@ from typing import IO, Any
 import numpy as np
 
 from dloftbs.errors import SourceError
-from dloftbs.sources.pixels import MAX_PIXELS, AnyArray
+from dloftbs.sources.pixels import MAX_PIXELS
+from dloftbs.support.arrays import AnyArray
 from dloftbs.support.npy import BROKEN, File, NpyHeader, open_member, opened, read_members
 
 _MAX_WHOLE = 64 << 20

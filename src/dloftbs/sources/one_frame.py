@@ -14,8 +14,9 @@ from dloftbs.sources.image_files import FileSource
 from dloftbs.sources.naming_rules import is_rule, partner_of
 from dloftbs.sources.object_files import object_reads
 from dloftbs.sources.pairing import What, read_partner
-from dloftbs.sources.pixels import AnyArray, Kind
+from dloftbs.sources.pixels import Kind
 from dloftbs.sources.standard_input import STANDARD_INPUT
+from dloftbs.support.arrays import AnyArray
 from dloftbs.support.values import shown
 
 

@@ -22,12 +22,13 @@ from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.object_files import holds_objects, object_reads
 from dloftbs.sources.partner_stream import StreamPartner
 from dloftbs.sources.pixel_values import read_depth, read_labels, read_mask
-from dloftbs.sources.pixels import AnyArray, load_npy
+from dloftbs.sources.pixels import load_npy
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.stacks import STACK_EXTENSIONS, Stack, check_stack
 from dloftbs.sources.tiff_stack import open_pages
 from dloftbs.sources.unreadable import check_format
 from dloftbs.sources.video import VideoSource
+from dloftbs.support.arrays import AnyArray
 from dloftbs.support.values import MILLIMETRE_M
 
 What = Literal["depth", "mask", "occluders", "instances"]

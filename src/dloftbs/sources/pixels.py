@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.alpha_channel import LEFT_OUT, alpha_of_grey_tiff, is_one_colour, may_have_alpha, split, telling
@@ -28,11 +27,10 @@ from dloftbs.sources.orientation import AS_STORED, read_orientation, turned
 from dloftbs.sources.source import logger
 from dloftbs.sources.tiff_pages import as_stored, is_tiff, pages_of
 from dloftbs.sources.unreadable import is_refused, why_unreadable
-from dloftbs.support.arrays import check_mask
+from dloftbs.support.arrays import AnyArray, check_mask
 from dloftbs.support.npy import BROKEN, File, open_mapped, opened
 from dloftbs.support.values import shown
 
-AnyArray = npt.NDArray[Any]
 Kind = Literal["auto", "image", "mask", "auto_image"]
 KINDS: tuple[str, ...] = get_args(Kind)
 

@@ -11,9 +11,9 @@ from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.npz_members import NpzMember, read_whole
-from dloftbs.sources.pixels import GREY_AS_IMAGE, AnyArray, Kind, image_or_mask, load_npy
+from dloftbs.sources.pixels import GREY_AS_IMAGE, Kind, image_or_mask, load_npy
 from dloftbs.sources.source import Source
-from dloftbs.support.arrays import check_mask, plane_of
+from dloftbs.support.arrays import AnyArray, check_mask, plane_of
 from dloftbs.support.npy import File, InMemory, is_npy
 from dloftbs.support.values import MILLIMETRE_M
 

@@ -14,10 +14,11 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
 from dloftbs.sources.cameras import why_not
-from dloftbs.sources.pixels import AnyArray, Kind, check_pixels, image_or_mask
+from dloftbs.sources.pixels import Kind, check_pixels, image_or_mask
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.video_file import VideoFile
 from dloftbs.sources.video_picture import COUNTS, VideoPicture
+from dloftbs.support.arrays import AnyArray
 from dloftbs.support.text import readable
 from dloftbs.support.values import LONGEST_S
 

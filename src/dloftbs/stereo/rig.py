@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.camera import CameraLike, PinholeCamera, as_camera, inverse_of, read_rig
+from dloftbs.camera import CameraLike, PinholeCamera, as_camera, inverse_of, is_rotation, read_rig
 from dloftbs.config import Colour, ConfigLike, RoiLike
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Detection
@@ -39,12 +39,6 @@ from dloftbs.support.arrays import AnyArray, FloatArray, as_float_array, as_numb
 from dloftbs.support.values import check_number, check_path, list_of, shown
 
 _log = logging.getLogger("dloftbs.stereo")
-
-ROTATION_TOLERANCE = 1e-3
-"""Largest entry of R R^T - 1 of a pose that was written with few digits, a share of 1.
-
-Source: by hand; four digits.
-"""
 
 FARTHEST_M = 10.0
 """Largest distance between two cameras of a rig, metres.
@@ -460,8 +454,7 @@ def _checked_pose(name: str, pose: npt.ArrayLike) -> FloatArray:
         raise InputError(f"{name} must have shape (4, 4), got {array.shape}")
     matrix = as_float_array(name, array)
     rotation = matrix[:3, :3]
-    off = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
-    if off > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0.0:
+    if not is_rotation(rotation):
         raise InputError(f"{name} must have a rotation, R R^T = 1 and det R = 1, got {rotation.tolist()}")
     if not np.allclose(matrix[3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=1e-9):
         raise InputError(f"the last row of {name} must be 0 0 0 1, got {matrix[3].tolist()}")

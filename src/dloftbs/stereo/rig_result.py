@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve, check_curve
 from dloftbs.data.deviation import deviation_at
-from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.frame_result import FrameResult, checked_stage_ms
 from dloftbs.data.inferred_spans import InferredSpans
 from dloftbs.data.tracks import TrackState
 from dloftbs.errors import InputError
@@ -318,17 +318,12 @@ class RigResult:
     stamp: float | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.stage_ms, Mapping):
-            raise InputError(f"stage_ms must map stages to milliseconds, got {shown(self.stage_ms)}")
         set_fields(
             self,
             views=check_all("views", self.views, FrameResult),
             objects=check_all("objects", self.objects, RigObject),
             tracks=check_all("tracks", self.tracks, RigTrack),
-            stage_ms={
-                check_text("a stage of stage_ms", stage): check_number("milliseconds of stage_ms", ms, 0.0, LARGEST)
-                for stage, ms in self.stage_ms.items()
-            },
+            stage_ms=checked_stage_ms(self.stage_ms),
             index=check_integer("index", self.index, 0, MAX_WHOLE),
             stamp=check_stamp(self.stamp),
         )

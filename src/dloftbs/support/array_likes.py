@@ -14,7 +14,6 @@ import numpy.typing as npt
 from dloftbs.errors import InputError
 from dloftbs.support.values import shown
 
-AnyArray = npt.NDArray[Any]
 Channels = Literal["one", "three", "any"]
 """Channels that pixels must have: those of a mask or of depth, those of a colour image, or either."""
 
@@ -36,7 +35,7 @@ Source: as `_ONE_CHANNEL`.
 NONE_IS = "cv2.imread returns None where the path does not exist or is no image"
 
 
-def as_array(name: str, value: object) -> AnyArray:
+def as_array(name: str, value: object) -> npt.NDArray[Any]:
     """Return anything as an array, which shares the value's memory where NumPy can.
 
     Tensors are detached and brought to the host.
@@ -63,7 +62,7 @@ def as_array(name: str, value: object) -> AnyArray:
     return array
 
 
-def as_pixels(name: str, value: object, channels: Channels) -> AnyArray:
+def as_pixels(name: str, value: object, channels: Channels) -> npt.NDArray[Any]:
     """Return an image, a mask or depth as an array: colours as BGR, masked pixels as 0.
 
     Raises
@@ -113,7 +112,7 @@ def _mode_of(value: object) -> str | None:
     return mode if is_picture else None
 
 
-def _of_picture(name: str, picture: Any, mode: str, channels: Channels) -> AnyArray:
+def _of_picture(name: str, picture: Any, mode: str, channels: Channels) -> npt.NDArray[Any]:
     if channels != "three" and mode in _ONE_CHANNEL:
         return as_array(name, picture)
     if channels == "one" and mode == "P":
@@ -141,7 +140,7 @@ def _of_picture(name: str, picture: Any, mode: str, channels: Channels) -> AnyAr
     return np.ascontiguousarray(pixels[..., 2::-1])  # the first three, the last of them first
 
 
-def _narrowed(array: AnyArray) -> AnyArray:
+def _narrowed(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return counts of a list, which has no type, as bytes where they are such."""
     if array.dtype.kind in "iu" and array.size and array.min() >= 0 and array.max() <= 255:
         return array.astype(np.uint8)

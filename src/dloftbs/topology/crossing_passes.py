@@ -76,7 +76,7 @@ def passes_of_curves(
     Raises
     ------
     InputError
-        If a curve has another shape, or two meet, or a corner of one lies exactly above the other.
+        If a curve has another shape, or two meet, or a corner or a side of one lies exactly above the other.
     """
     if isinstance(curves, (str, bytes)) or not isinstance(curves, Sequence):
         raise InputError(f"curves must be a sequence of curves in space, got {shown(curves)}")
@@ -86,6 +86,7 @@ def passes_of_curves(
     step = np.concatenate([np.zeros((0, 3)), *(np.diff(line, axis=0) for line in lines)])
     owner = np.concatenate([np.zeros(0, int), *(np.full(len(line) - 1, k) for k, line in enumerate(lines))])
     place = np.concatenate([np.zeros(0, int), *(np.arange(len(line) - 1) for line in lines)])
+    rounding = _PARALLEL * float(np.abs(base[:, :2]).max(initial=0.0))
     found: list[CrossingPasses] = []
     for i in range(len(base) - 1):
         later = np.arange(i + 1, len(base))
@@ -93,12 +94,16 @@ def passes_of_curves(
         beside = same & (place[later] == place[i] + 1)
         if flags[owner[i]] and place[i] == 0:
             beside |= same & (place[later] == len(lines[owner[i]]) - 2)
-        later = later[~beside]
         offset, slope = base[later] - base[i], cross_product(step[i], step[later])
         parallel = np.abs(slope) <= _PARALLEL * np.hypot(*step[i, :2]) * np.hypot(*step[later, :2].T)
+        overlaid = later[parallel & _are_overlaid(offset, step[i], step[later], rounding)]
+        if len(overlaid):
+            raise InputError(
+                f"a side of curve {owner[i]} lies over one of curve {owner[overlaid[0]]}: turn them a little"
+            )
         with np.errstate(divide="ignore", invalid="ignore"):
             s, t = cross_product(offset, step[later]) / slope, cross_product(offset, step[i]) / slope
-        cuts = np.flatnonzero(~parallel & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1))
+        cuts = np.flatnonzero(~(parallel | beside) & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1))
         for j, a, b, cross in zip(later[cuts], s[cuts], t[cuts], slope[cuts], strict=True):
             above = float(base[i, 2] + a * step[i, 2] - base[j, 2] - b * step[j, 2])
             if above == 0.0 or not (0 < a < 1 and 0 < b < 1):
@@ -108,6 +113,25 @@ def passes_of_curves(
             at = (int(owner[i]), float(place[i] + a)), (int(owner[j]), float(place[j] + b))
             found.append(CrossingPasses(at, float(cross), int(above < 0.0), 1.0, len(found)))
     return {**assemble_passes(flags, found), "objects": tuple(range(len(flags)))}
+
+
+def _are_overlaid(offset: FloatArray, step: FloatArray, steps: FloatArray, rounding: float) -> npt.NDArray[np.bool_]:
+    """Return which of some sides (n, 3), parallel to another one (3,), lie along a part of it, as seen.
+
+    Parameters
+    ----------
+    offset : numpy.ndarray, shape (n, 3)
+        Starts of the sides, from the start of the other one.
+    step, steps : numpy.ndarray, shapes (3,) and (n, 3)
+    rounding : float
+        Length that is none.
+    """
+    length = float(np.hypot(*step[:2]))
+    way = step[:2] / (length or 1.0)
+    starts, ends = offset[:, :2] @ way, (offset + steps)[:, :2] @ way
+    shared = np.minimum(np.maximum(starts, ends), length) - np.maximum(np.minimum(starts, ends), 0.0)
+    overlaid: npt.NDArray[np.bool_] = (np.abs(cross_product(way, offset)) <= rounding) & (shared > rounding)
+    return overlaid
 
 
 def _flags(curves: Sequence[Any], closed: bool | Sequence[bool] | None) -> list[bool]:

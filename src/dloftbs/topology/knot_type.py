@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from dloftbs.topology.knot_table import KNOTS, TABLED_CROSSINGS, Polynomial
 from dloftbs.topology.planar_map import PlanarMap
 from dloftbs.topology.reidemeister import simplify
@@ -24,13 +26,36 @@ def is_linked(reading: PlanarMap) -> bool | None:
     """Say whether closed strands are hooked to each other; None where no move and no polynomial tells."""
     if not _is_crossed(reading):
         return False
-    if alexander_polynomial(reading):
+    if _has_linking_number(reading):
+        return True
+    # Strands of two parts can be pulled apart, so that the polynomial of both together says nothing.
+    if any(_is_crossed(part) and alexander_polynomial(part) for part in _parts(reading)):
         return True
     return None if _is_crossed(simplify(reading)[0]) else False
 
 
 def _is_crossed(reading: PlanarMap) -> bool:
     return any(below != above for below, above in reading.strands.values())
+
+
+def _has_linking_number(reading: PlanarMap) -> bool:
+    """Say whether the linking number of any two strands is other than zero."""
+    sums: Counter[frozenset[int]] = Counter()
+    for c, strands in reading.strands.items():
+        if strands[0] != strands[1]:
+            sums[frozenset(strands)] += reading.signs[c]
+    return any(sums.values())
+
+
+def _parts(reading: PlanarMap) -> list[PlanarMap]:
+    """Return the map of each connected part."""
+    parts = []
+    for darts in reading.parts():
+        part = reading.copy()
+        for c in reading.signs.keys() - {dart >> 2 for dart in darts}:
+            part.erase(c)
+        parts.append(part)
+    return parts
 
 
 def name_of(reading: PlanarMap) -> str | None:

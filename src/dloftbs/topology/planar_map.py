@@ -111,18 +111,25 @@ class PlanarMap:
             orbits.append(orbit)
         return orbits
 
-    def is_planar(self) -> bool:
-        """Say whether it can be drawn in the plane: by Euler's formula, two for each connected part."""
-        parts, left = 0, set(self.mate)
+    def parts(self) -> list[set[int]]:
+        """Return the darts of each connected part."""
+        parts, left = [], set(self.mate)
         while left:
-            parts, queue = parts + 1, [left.pop()]
+            part: set[int] = set()
+            queue = [left.pop()]
             while queue:
                 dart = queue.pop()
+                part.add(dart)
                 near = {self.mate[dart], *(dart ^ turn for turn in (1, 2, 3) if dart >= 0)} & left
                 left -= near
                 queue += near
+            parts.append(part)
+        return parts
+
+    def is_planar(self) -> bool:
+        """Say whether it can be drawn in the plane: by Euler's formula, two for each connected part."""
         nodes = len(self.signs) + sum(dart < 0 for dart in self.mate)
-        return nodes - len(self.mate) // 2 + len(self.faces()) == 2 * parts
+        return nodes - len(self.mate) // 2 + len(self.faces()) == 2 * len(self.parts())
 
     def close(self, over: bool) -> None:
         """Join both ends of each open strand, over everything or under everything, by as few crossings as can be."""

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from dloftbs.data.detection import place_in
 from dloftbs.data.tracks import Track
 from dloftbs.tracking.appearance import objects_differ
 from dloftbs.tracking.observation import Observation
@@ -30,8 +31,9 @@ class BranchRoles:
         """Keep the roles of a frame, if each of its branches is one track."""
         structure = _structure(observations)
         if structure:
-            branches = [one.detection for one in observations if ends_that_meet(one)]
-            roles = {t.id: ends_that_meet(t) for t in tracks if any(t.detection is one for one in branches)}
+            branches = [one.detection for one in observations if one.detection is not None and ends_that_meet(one)]
+            held = [t for t in tracks if t.detection is not None and place_in(branches, t.detection)[0] is not None]
+            roles = {track.id: ends_that_meet(track) for track in held}
             if tuple(sorted(roles.values())) == structure:
                 self._of_structure[structure] = roles
 

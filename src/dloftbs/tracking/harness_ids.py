@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from dloftbs.data.branch_point import BranchPoint
+from dloftbs.data.detection import place_in
 from dloftbs.data.harness import Harness
 from dloftbs.data.tracks import Track
 
@@ -27,7 +28,9 @@ class HarnessIds:
         self._points: dict[int, tuple[tuple[float, float], frozenset[int]]] = {}  # place and tracks, by id
         self._next_harness = self._next_point = 1
 
-    def update(self, harnesses: Sequence[Harness], tracks: Sequence[Track]) -> tuple[Harness, ...]:
+    def update(
+        self, harnesses: Sequence[Harness], tracks: Sequence[Track], held: Collection[int]
+    ) -> tuple[Harness, ...]:
         """Return the harnesses of a frame with ids.
 
         Parameters
@@ -35,9 +38,13 @@ class HarnessIds:
         harnesses : sequence of Harness
         tracks : sequence of Track
             Of the same frame; a branch without a track says nothing.
+        held : collection of int
+            Ids of all tracks that the tracker holds; what only others had is forgotten.
         """
         if not harnesses:
             return ()
+        self._harness_of = {track: number for track, number in self._harness_of.items() if track in held}
+        self._points = {number: one for number, one in self._points.items() if not one[1].isdisjoint(held)}
         track_of = _tracks_of(harnesses[0], tracks)
         found, taken = [], set[int]()
         order = sorted(range(len(harnesses)), key=lambda k: -len(harnesses[k].branches))
@@ -59,7 +66,7 @@ class HarnessIds:
                 places[number] = point.position, own_tracks
                 points.append(replace(point, id=number))
             found.append(replace(named[k], branch_points=tuple(points)))
-        self._points.update(places)  # one that is hidden keeps its place
+        self._points.update(places)  # one whose branches are hidden keeps its place
         return tuple(found)
 
     def reset(self) -> None:
@@ -89,12 +96,6 @@ class HarnessIds:
 
 def _tracks_of(harness: Harness, tracks: Sequence[Track]) -> dict[int, int]:
     """Return the id of the track of each detection that has one."""
-    found = {}
-    for track in tracks:
-        if track.detection is not None:
-            wanted = track.detection.curve.control_points
-            for k, one in enumerate(harness.detections):
-                control = one.curve.control_points
-                if np.array_equal(control, wanted) or np.array_equal(control[::-1], wanted):
-                    found[k] = track.id
-    return found
+    held = [(track.id, track.detection) for track in tracks if track.detection is not None]
+    places = [(place_in(harness.detections, detection)[0], number) for number, detection in held]
+    return {place: number for place, number in places if place is not None}

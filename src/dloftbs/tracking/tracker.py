@@ -90,6 +90,11 @@ class Tracker:
         """The tracks that are not published: the last frame shows nothing of them. Each is at its predicted place."""
         return self._lost
 
+    @property
+    def _held_ids(self) -> set[int]:
+        """Ids of all tracks that may go on, those of less likely hypotheses included."""
+        return {model.id for one in self._hypotheses for model in one.models}
+
     def reset(self) -> None:
         """Forget all tracks, the time and the size; ids continue, so that none is used twice."""
         self._hypotheses, self._tracks, self._lost = [Hypothesis([])], (), ()

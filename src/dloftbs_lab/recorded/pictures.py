@@ -13,9 +13,10 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.sources.pixel_values import read_depth, read_mask
-from dloftbs.sources.pixels import AnyArray, Picture, log_remarks, read_image_or_mask, read_picture
+from dloftbs.sources.pixels import Picture, log_remarks, read_image_or_mask, read_picture
 from dloftbs.sources.video_file import VideoFile
 from dloftbs.sources.video_picture import VideoPicture
+from dloftbs.support.arrays import AnyArray
 from dloftbs.support.documents import parse_json
 from dloftbs_lab.recorded.layout import files_in
 

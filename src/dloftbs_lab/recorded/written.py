@@ -13,8 +13,9 @@ import numpy as np
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sources.pixels import AnyArray, load_npy, read_pixels
+from dloftbs.sources.pixels import load_npy, read_pixels
 from dloftbs.sources.source import logger
+from dloftbs.support.arrays import AnyArray
 from dloftbs.support.documents import parse_json
 from dloftbs_lab.recorded.layout import Layout, RecordedSequence
 from dloftbs_lab.recorded.pictures import VideoFrames, decoded

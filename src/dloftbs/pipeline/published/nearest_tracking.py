@@ -48,6 +48,11 @@ class NearestTracker:
         """The tracks as last published."""
         return self._published
 
+    @property
+    def _held_ids(self) -> set[int]:
+        """Ids of all tracks that may go on."""
+        return {track.id for track in self._tracks}
+
     def reset(self) -> None:
         """Forget all tracks and the time; ids continue, so that none is used twice."""
         self._tracks, self._published, self._stamp = (), (), None
