@@ -90,7 +90,7 @@ def _sentences(summary: Summary) -> Iterator[str]:
     )
     yield (
         f"**How sure:** brackets are 95 % intervals over scenes. {DAGGER} marks data on whose kind the weights of the "
-        "default were fitted, other scenes of it where it is generated; the published method has none."
+        "default were fitted; the published method has none."
     )
     both = [name for name, suite in suites.items() if {OURS, PUBLISHED} <= suite["methods"].keys()]
     ahead = [name for name in both if _clean(suites, name, OURS) >= _clean(suites, name, PUBLISHED)]
