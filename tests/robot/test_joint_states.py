@@ -36,6 +36,12 @@ def test_in_a_long_gap_they_are_unknown(tmp_path):
     assert joints.at(Frame(mask=MASK, stamp=0.3), ROBOT) is not None
 
 
+def test_a_joint_with_a_single_row_stays_there(tmp_path):
+    joints = states(tmp_path, "time,a\n10.0,0.7\n")
+    assert [joints.at(Frame(mask=MASK, stamp=stamp), ROBOT) for stamp in (2.0, 10.0, 60.0)] == [{"a": 0.7}] * 3
+    assert states(tmp_path, "frame,a\n3,0.7\n").at(Frame(mask=MASK, index=4), ROBOT) is None
+
+
 def test_each_joint_has_times_of_its_own():
     slow, fast = np.arange(0.0, 1.0, 0.02), np.arange(0.0, 2.0, 0.01)
     joints = JointStates({"arm": (slow, slow), "finger": (fast, fast)})

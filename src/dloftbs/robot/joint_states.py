@@ -44,7 +44,7 @@ class JointStates:
         self._rows, self._by_frame = dict(rows), by_frame
         # What is farther from the next row than this is not known: a row was left out, or the recording had ended.
         self._gaps = {
-            name: 1.5 * float(np.median(np.diff(keys))) if len(keys) > 1 and not by_frame else 0.0
+            name: 0.0 if by_frame else 1.5 * float(np.median(np.diff(keys))) if len(keys) > 1 else math.inf
             for name, (keys, _) in rows.items()
         }
 
@@ -81,7 +81,8 @@ class JointStates:
 
         A continuous joint turns the short way from row to row.
         A joint's position is unknown before its first row and after its last by more than one and a half steps of its
-        rows, and in gaps of more than three. Frames are found by their index alone.
+        rows, and in gaps of more than three. With a single row, it stays where that says. Frames are found by their
+        index alone.
 
         Returns
         -------
