@@ -137,7 +137,7 @@ def score(scene: Scene, result: dloftbs.FrameResult) -> tuple[int, int, int, int
     """Return the branch points that are right, found and true, the right branches, and whether all is right."""
     found = np.array([point.position for point in result.branch_points]).reshape(-1, 2)
     table = np.hypot(*(found[:, None] - scene.nodes).transpose(2, 0, 1))
-    rows, columns = linear_sum_assignment(np.minimum(table, NODE_PX))
+    rows, columns = linear_sum_assignment(np.where(table <= NODE_PX, table, 1e6))
     right_nodes = int((table[rows, columns] <= NODE_PX).sum())
     cost = np.full((len(result), len(scene.branches)), 1e3)
     for i, one in enumerate(result):

@@ -114,7 +114,9 @@ def test_a_tilde_names_the_same_files_as_the_home_folder(place, monkeypatch, arg
     before = contents(place.parent)
     result = run(*arguments.split(), code=0 if message is None else 2)
     if message is None:
-        assert contents(place.parent).keys() == before.keys()
+        after = contents(place.parent)
+        assert after.keys() == before.keys()
+        assert [path.name for path in after if after[path] != before[path]] == ["mask.png"]
     else:
         assert message in words(result)
         assert contents(place.parent) == before

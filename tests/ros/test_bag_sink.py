@@ -147,8 +147,9 @@ def test_a_disk_that_is_full_costs_the_frame_at_hand(tmp_path, tracked, monkeypa
     assert len(list(Recording(tmp_path / "curves.mcap").messages({"/dloftbs/points"}))) == 1
 
 
+@pytest.mark.parametrize("with_input", [False, True])
 @pytest.mark.parametrize("name", ["curves.mcap", "curves"])
-def test_an_older_recording_is_replaced_with_the_first_frame_and_not_before(name, tmp_path, tracked):
+def test_an_older_recording_is_replaced_with_the_first_frame_and_not_before(name, with_input, tmp_path, tracked):
     def contents():
         return {path.name: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
 
@@ -156,7 +157,7 @@ def test_an_older_recording_is_replaced_with_the_first_frame_and_not_before(name
     older = contents()
     write(tmp_path / name, [])
     assert contents() == older
-    sink = BagSink(tmp_path / name)
+    sink = BagSink(tmp_path / name, with_input=with_input)
     sink.write(*tracked[0])
     assert "metadata.yaml" not in contents()
     sink.close()

@@ -62,6 +62,33 @@ def test_a_picture_that_got_no_frame_leaves_what_was_there(tmp_path):
 
 
 @pytest.mark.parametrize("name", FILES)
+def test_an_empty_file_is_no_older_result(tmp_path, name):
+    for path in (tmp_path / name, tmp_path / "new" / name):
+        path.parent.mkdir(exist_ok=True)
+        if path.parent == tmp_path:
+            path.write_bytes(b"")
+        examples.open_sink(f"{path}").close()
+    made = [path.read_bytes() if path.exists() else b"" for path in (tmp_path / name, tmp_path / "new" / name)]
+    assert made[0] == made[1]
+
+
+def failing(frame, result):
+    raise ZeroDivisionError
+
+
+@pytest.mark.parametrize("name", ["a.npz", "a.json"])
+def test_a_first_frame_that_cannot_be_written_leaves_an_older_file(tmp_path, name, monkeypatch):
+    with examples.open_sink(f"{tmp_path / name}") as sink:
+        sink.write(examples.frame(), examples.detected(5))
+    older = (tmp_path / name).read_bytes()
+    sink = examples.open_sink(f"{tmp_path / name}")
+    monkeypatch.setattr(sink, "_write", failing)
+    with pytest.raises(ZeroDivisionError), sink:
+        sink.write(examples.frame(), examples.detected(6))
+    assert (tmp_path / name).read_bytes() == older
+
+
+@pytest.mark.parametrize("name", FILES)
 def test_an_older_file_is_replaced_with_the_first_frame_and_not_before(tmp_path, name):
     with examples.open_sink(f"{tmp_path / name}") as sink:
         sink.write(examples.frame(), examples.detected(5, in_space=True))
@@ -99,7 +126,7 @@ def test_files_of_an_earlier_run_that_stay_in_a_folder_are_counted_in_a_warning(
     assert not caplog.records
     write_frames(tmp_path / name, 2)
     (warning,) = caplog.records
-    assert f"{tmp_path / folder}: {left} files of an earlier run stay" in warning.getMessage()
+    assert f"{tmp_path / folder}: files from before stay in this folder, {left} in all" in warning.getMessage()
     assert "such as 000002." in warning.getMessage()
     assert {path.name for path in (tmp_path / folder).iterdir()} == earlier
 
@@ -108,7 +135,7 @@ def test_the_mesh_of_a_single_frame_beside_a_folder_of_an_earlier_run_is_warned_
     write_frames(tmp_path / "a.ply", 2)
     write_frames(tmp_path / "a.ply", 1)
     (warning,) = caplog.records
-    assert "2 files of an earlier run stay" in warning.getMessage()
+    assert "files from before stay in this folder, 2 in all" in warning.getMessage()
 
 
 def test_pictures_with_an_ending_are_no_earlier_ones_of_those_with_another(tmp_path, caplog):

@@ -344,5 +344,5 @@ fps_option = click.option(
     "--fps",
     type=click.FloatRange(0.01, 1000.0),
     metavar="RATE",
-    help="Frame rate of the input. It replaces all stamps. Overlay videos of inputs without a rate have 30.",
+    help="Frame rate of the input. It replaces all stamps. Overlay videos of recordings without a rate have 30.",
 )

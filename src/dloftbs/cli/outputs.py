@@ -46,8 +46,8 @@ class StandardOutput(Sink):
 class _ConfigSink(Sink):
     """Writes the configuration with the first frame, as the results: what lies there belongs to older ones."""
 
-    def __init__(self, target: Path | None, config: Config) -> None:
-        self._target = target
+    def __init__(self, target: Path, config: Config) -> None:
+        self._target: Path | None = target
         self._config = config
 
     def write(self, frame: Frame, result: FrameResult) -> None:
@@ -84,7 +84,7 @@ def open_outputs(
         opened = [stack.enter_context(sink) for sink in more]
         for path in paths:
             opened.append(stack.enter_context(_open_data(path, with_input, pose, answers, branched)))
-        if config is not None:
+        if config is not None and config_file is not None:
             opened.append(_ConfigSink(config_file, config))
         together = MultiSink(opened)
         stack.pop_all()

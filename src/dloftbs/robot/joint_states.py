@@ -101,11 +101,13 @@ class JointStates:
             )
         positions = {}
         for name, (keys, row) in self._rows.items():
-            distances = np.abs(keys - key)
-            nearest = int(distances.argmin())
-            if distances[nearest] <= self._gaps[name]:
-                turns = np.round((row - row[nearest]) / math.tau) if name in robot.continuous_joints else 0.0
-                positions[name] = float(np.interp(key, keys, row - math.tau * turns))
+            after = int(np.searchsorted(keys, key))
+            ends = [max(after - 1, 0), min(after, len(keys) - 1)]
+            distances, pair = np.abs(keys[ends] - key), row[ends]
+            if distances.min() <= self._gaps[name]:
+                if name in robot.continuous_joints:
+                    pair = pair - math.tau * np.round((pair - pair[distances.argmin()]) / math.tau)
+                positions[name] = float(np.interp(key, keys[ends], pair))
             elif name in robot.joint_names:
                 return None
         return positions

@@ -111,15 +111,15 @@ class BagSink(PathSink):
 
             picture = encode(viz.draw(frame, result), ".jpg")
             messages["overlay/compressed"] = picture_message(make, metres, picture)
+        if self._folder is not None and self._span_ns is None:  # an older recording's, which is about to go
+            with sink_errors(self._folder), suppress(FileNotFoundError):
+                (self._folder / METADATA).unlink()
         if self._with_input:
             recorded = frame.recorded if isinstance(frame, RosFrame) else None
             if recorded is None:
                 messages |= self._input(frame, metres)
             for raw in recorded or ():
                 self._copy(raw)
-        if self._folder is not None and self._span_ns is None:  # an older recording's, which is about to go
-            with sink_errors(self._folder), suppress(FileNotFoundError):
-                (self._folder / METADATA).unlink()
         for name, message in messages.items():
             self._put(f"{OWN_TOPICS}{name}", header.stamp_ns, message)
         self._flush()

@@ -6,6 +6,7 @@ import copy
 import functools
 import inspect
 from collections.abc import Callable, Sequence
+from typing import TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +29,8 @@ _OfImage = Callable[[npt.NDArray[np.uint8]], AnyArray]
 
 Segmenter = _OfImage | Callable[[npt.NDArray[np.uint8], Prompt], AnyArray]
 """Any function from an image (H, W, 3) BGR uint8 to a mask or a probability (H, W); or from an image and a `Prompt`."""
+
+_Function = TypeVar("_Function", bound=Callable[..., AnyArray])
 
 OfFrame = Callable[[Frame], AnyArray]
 """Any function from a frame to a mask (H, W)."""
@@ -75,11 +78,10 @@ class FrameSegmenter:
         return functools.reduce(_both, needed)  # a frame without a mask has an image
 
     def alone(self) -> FrameSegmenter:
-        """Return one for a frame by itself, without the plane of the frames before; this one keeps it."""
+        """Return one for a frame by itself, which has no plane nor light of the frames before; this one keeps them."""
         other = copy.copy(self)
-        other._joined = tuple(
-            [(ask.alone() if isinstance(ask, PlaneSegmenter) else ask, join) for ask, join in self._joined]
-        )
+        other._of_image = [(_alone(ask), count) for ask, count in self._of_image]
+        other._joined = tuple([(_alone(ask), join) for ask, join in self._joined])
         return other
 
     def reset(self) -> None:
@@ -87,6 +89,10 @@ class FrameSegmenter:
         for ask, _ in (*self._of_image, *self._joined):
             if isinstance(ask, (PlaneSegmenter, StrokeSegmenter)):
                 ask.reset()
+
+
+def _alone(ask: _Function) -> _Function:
+    return cast(_Function, ask.alone()) if isinstance(ask, (PlaneSegmenter, StrokeSegmenter)) else ask
 
 
 def make_segmenter(config: SegmentationConfig, roi: Roi | None = None) -> FrameSegmenter | None:

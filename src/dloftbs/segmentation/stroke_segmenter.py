@@ -50,6 +50,10 @@ class StrokeSegmenter:
             return self._model(image)
         return self._model._near(image, _places(prompt, (image.shape[0], image.shape[1])))
 
+    def alone(self) -> StrokeSegmenter:
+        """Return one for a frame by itself, in the light of the strokes."""
+        return StrokeSegmenter(self._model, follows_light=self._light is not None)
+
     def reset(self) -> None:
         """Forget the frames before."""
         self._since = 0

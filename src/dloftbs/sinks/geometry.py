@@ -103,7 +103,6 @@ class GeometrySink(PathSink):
     def _put(self, target: Path, items: list[_mesh.Item]) -> None:
         """Write the next frame: the first one into the file itself, which moves into the folder for the second."""
         if self._written == 0:
-            self._earlier.replaced_by()
             self._only, target = target, self._path
         elif self._only is not None:
             with sink_errors(self._only.parent):

@@ -55,7 +55,7 @@ class RerunSink(PathSink):
 
     def _close(self) -> None:
         with self._claim:
-            if not self._keeps_older:
+            if not (self._saved or self._keeps_older):
                 self._save()
             self._log.close()
 

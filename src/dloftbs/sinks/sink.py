@@ -112,8 +112,8 @@ class PathSink(Sink):
         """
         if self._closed:
             raise SinkError(f"cannot write to {str(self._path)!r}: the sink is closed")
-        self._began = True
         self._write(frame, result)
+        self._began = True
 
     def close(self) -> None:
         """Finish and release open files; closing again does nothing.
@@ -130,7 +130,7 @@ class PathSink(Sink):
     @property
     def _keeps_older(self) -> bool:
         """Whether no frame came, and an older file, which would be lost for nothing, stays."""
-        return not self._began and self._path.exists()
+        return not self._began and self._path.exists() and self._path.stat().st_size > 0
 
     @abstractmethod
     def _write(self, frame: Frame, result: FrameResult) -> None: ...

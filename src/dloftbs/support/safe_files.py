@@ -102,7 +102,7 @@ class AppendFile:
             self._claim = claim_file(path)
             undo.callback(self._claim.release)
             with sink_errors(path):
-                self._keeps_older = os.path.isfile(path)
+                self._keeps_older = os.path.isfile(path) and os.path.getsize(path) > 0
                 self._file = undo.enter_context(path.open("r+b" if self._keeps_older else "wb", buffering=0))
             if not self._keeps_older:
                 self.append(b"")

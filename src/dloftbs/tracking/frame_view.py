@@ -146,7 +146,7 @@ class View:
         long in space and short in the image.
         """
         points = None if span == WHOLE else self.project(sample_curve(curve_3d, count=CURVE_SAMPLES)[0])
-        if points is None:
+        if points is None or (points == points[0]).all():  # along a ray
             return span
         low, high = np.interp(span, arc_parameter(points, False), EVEN_U).tolist()
         return low, high

@@ -24,10 +24,10 @@ _VELOCITY_GAIN = 0.8
 Source: by hand; little smoothing, as lag costs more than noise.
 """
 
-_MIN_STEP_S = 1e-3
+_MIN_STEP_S = 2e-4
 """Time between two frames below which their difference shows errors, and no motion, s.
 
-Source: by definition; no camera takes more than a thousand frames a second, but stamps come in bursts.
+Source: by definition; a fifth of a frame at a thousand a second. Stamps come in bursts.
 """
 
 _MOTION_S = 0.1

@@ -251,13 +251,14 @@ def _import_hint(module_name: str, error: Exception) -> str:
 
 
 def _digest(module: ModuleType) -> str:
-    """Return what changes when the module's file does, or one in its folder or below that it imports in turn."""
+    """Return what changes when the module's file does, or that of one in its folder or below that is loaded."""
     file = getattr(module, "__file__", None)
     if file is None:
         return ""
     folder = Path(file).resolve().parent
     loaded = {Path(one).resolve() for one in (getattr(m, "__file__", None) for m in list(sys.modules.values())) if one}
-    own = sorted(path for path in loaded if path.is_relative_to(folder) and not _INSTALLED & set(path.parts))
+    near = [path for path in loaded if path.is_relative_to(folder) and not _INSTALLED & set(path.parts)]
+    own = sorted(path for path in near if path.is_file())
     digest = hashlib.sha256()
     for path in own or [Path(file)]:
         digest.update(path.read_bytes())

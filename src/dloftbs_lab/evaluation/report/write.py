@@ -14,7 +14,7 @@ from typing import Any
 
 from dloftbs._version import __version__
 from dloftbs.support.json_text import encode
-from dloftbs.support.safe_files import write_whole
+from dloftbs.support.safe_files import sink_errors, write_whole
 from dloftbs_lab.evaluation.report.all_tables import tables
 from dloftbs_lab.evaluation.report.counts import rows_of
 from dloftbs_lab.evaluation.report.losses import losses
@@ -107,9 +107,10 @@ def write_report(
     pages = make_pages(suites, parts, report.pictures, run, untracked, mark)
     for name, page in pages.items():
         write_whole(folder / PAGES / f"{name}.md", page.encode())
-    for page_of_before in (folder / PAGES).glob("*.md"):
-        if page_of_before.stem not in pages:
-            page_of_before.unlink()  # of a suite that is not in this run: its figures would be taken for this run's
+    with sink_errors(folder / PAGES):
+        for older in (folder / PAGES).glob("*.md"):
+            if older.stem not in pages:
+                older.unlink()  # of a suite that is not in this run: its figures would be taken for this run's
     return report
 
 

@@ -14,6 +14,7 @@ from dloftbs_lab.truth import Truth
 NODE = 1.0 / 128.0
 """Of the image's longer side: the largest distance of a branch point that is right, 10 px in HD."""
 _SAME_PX = 0.01
+_FAR = 1e6
 _MIN_ENDS = 3
 
 
@@ -54,7 +55,7 @@ def score_harness(
     if len(nodes) == 0:
         return HarnessScore(0, 0, 0, 0, whole=False)
     away = np.hypot(*(points[:, None] - ends[nodes]).transpose(2, 0, 1))
-    near = np.minimum(away, node_px)  # one that is far off costs the others nothing, however far it is
+    near = np.where(away <= node_px, away, _FAR)  # as many right ones as there can be
     pairs = [(i, j) for i, j in zip(*linear_sum_assignment(near), strict=True) if away[i, j] <= node_px]
     right_nodes = {int(nodes[j]) for _, j in pairs}
     right = sum(

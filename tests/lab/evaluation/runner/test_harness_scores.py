@@ -44,6 +44,14 @@ def test_a_branch_point_far_off_costs_one_that_is_right_nothing():
     assert scored(np.array([[91.0, 0.0], [400.0, 0.0]]), truth.curves, truth).nodes_right == 1
 
 
+def test_as_many_branch_points_are_right_as_can_be():
+    """One that is nearest to a point takes none from another, which only that point can be."""
+    truth = Truth(
+        (*TRUE, line((107, 0), (150, 90)), line((107, 0), (150, -90)), line((107, 0), (190, 20))), (), tuple(range(6))
+    )
+    assert scored(np.array([[94.0, 0.0], [101.0, 0.0]]), truth.curves, truth).nodes_right == 2
+
+
 def test_curves_that_do_not_meet_have_no_score():
     truth = Truth(TRUE[:2], (), (0, 1))
     assert scored(JOINT, TRUE[:2], truth) == HarnessScore(0, 0, 0, 0, whole=False)
