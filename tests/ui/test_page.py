@@ -9,6 +9,8 @@ from ui.page_client import SIZE, CableSource, wait_for
 from ui.test_tune_session import along
 
 from dloftbs import Config, Pipeline
+from dloftbs.config import SegmentationConfig, Stroke
+from dloftbs.segmentation import ColourModel
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.server import serve
 from dloftbs.ui.tune_session import TuneSession
@@ -23,9 +25,10 @@ def one_worker(chromium):
 
 
 @contextmanager
-def tuning(target=None, source=None):
+def tuning(target=None, source=None, config=None):
     command = "dloftbs track cable.mp4 --config cable.yaml"
-    with serve(TuneSession(FrameStore(source or CableSource(12)), Config(), target, command), port=0) as address:
+    session = TuneSession(FrameStore(source or CableSource(12)), config or Config(), target, command)
+    with serve(session, port=0) as address:
         yield address
 
 
@@ -181,6 +184,16 @@ def test_two_browsers_see_the_same_strokes(open_page):
         two.close()
         drag(one, [(20, 110), (60, 110)])
         wait_for_text(one, "#stroke-count", "2 strokes")
+
+
+def test_strokes_on_other_pictures_are_told_and_can_be_cleared(open_page):
+    model = ColourModel.fit(CableSource().frame(0).image, [Stroke(points=along())], source="other.mp4, frame 0")
+    config = Config(segmentation=SegmentationConfig(colour=model.to_config()))
+    with tuning(config=config) as address:
+        page = open_page(address)
+        wait_for_text(page, "#stroke-count", "strokes on other pictures")
+        page.click("#clear")
+        wait_for_text(page, "#stroke-count", "No strokes yet")
 
 
 def test_a_finger_draws_on_a_phone(open_page):

@@ -1,3 +1,4 @@
+import msgspec
 import numpy as np
 import pytest
 from drawings import draw_cable, wave
@@ -13,13 +14,13 @@ CABLE = DrawnStroke(2, ((90.0, 60.0), (110.0, 60.0)), True, 2.0)
 GROUND = DrawnStroke(3, ((5.0, 5.0), (60.0, 5.0)), False, 2.0)
 
 
-def translator(section=SegmentationConfig(), name="cable.mp4", looked_at=None):  # noqa: B008 - frozen
+def translator(section=SegmentationConfig(), name="cable.mp4", looked_at=None, **options):  # noqa: B008 - frozen
     def frame_of(index):
         if looked_at is not None:
             looked_at.append(index)
         return CableSource().frame(index)
 
-    return Translator(name, frame_of, section)
+    return Translator(name, frame_of, section, **options)
 
 
 @pytest.mark.parametrize(
@@ -57,6 +58,46 @@ def test_frames_whose_strokes_stay_are_not_looked_at_again():
     there.section_of(TuneDocument(strokes=(CABLE,)))
     there.section_of(TuneDocument(strokes=(CABLE, GROUND)))
     assert looked_at == [2, 3]
+
+
+@pytest.mark.parametrize("roi", [None, (20, 10, 150, 100)])
+def test_stored_colours_stay_until_the_strokes_of_their_frame_change(roi):
+    section = translator().section_of(TuneDocument(strokes=(CABLE,), roi=roi))
+    looked_at = []
+    there = translator(section, looked_at=looked_at, roi=roi)
+    first = msgspec.structs.replace(there.first, roi=roi)
+    assert there.section_of(first) == section
+    (stored, _) = there.section_of(first.with_stroke(GROUND)).colour.pictures
+    assert stored == section.colour.pictures[0]
+    assert looked_at == [3]
+    there.section_of(first.with_stroke(msgspec.structs.replace(CABLE, cable=False)))
+    assert looked_at == [3, 2]
+    assert there.section_of(first) == section  # undone
+
+
+def test_a_draft_beside_stored_strokes_looks_at_its_own_frame_alone():
+    section = translator().section_of(TuneDocument(strokes=(CABLE,)))
+    looked_at = []
+    there = translator(section, looked_at=looked_at)
+    draft = there.draft_of(there.first.with_stroke(GROUND))
+    assert looked_at == [3]
+    assert draft(CableSource().frame(2)).sum() > 500
+
+
+def test_stored_strokes_on_a_camera_are_on_pictures_that_are_gone():
+    section = translator(name="camera 0").section_of(TuneDocument(strokes=(CABLE,)))
+    there = translator(section, "camera 0", live=True)
+    assert (there.first.strokes, there.first.others) == ((), section.colour.pictures)
+    assert there.section_of(there.first) == section
+
+
+def test_of_two_pictures_of_one_frame_both_are_kept():
+    section = translator().section_of(TuneDocument(strokes=(CABLE,)))
+    colour = msgspec.structs.replace(section.colour, pictures=2 * section.colour.pictures)
+    twice = msgspec.structs.replace(section, colour=colour)
+    there = translator(twice)
+    assert (len(there.first.strokes), len(there.first.others)) == (1, 1)
+    assert there.section_of(there.first) == twice
 
 
 def test_parts_beside_the_image_are_left_out():

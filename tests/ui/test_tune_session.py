@@ -122,6 +122,25 @@ def test_tuning_goes_on_where_it_was_saved(tmp_path):
         assert Config.from_yaml(client.text("saved")["text"]).segmentation == config.segmentation
 
 
+@pytest.mark.parametrize("live", [False, True])
+def test_saved_colours_are_kept_on_another_video_of_the_same_name(tmp_path, live):
+    with tuning(target=tmp_path / "a.yaml") as (client, _):
+        draw(client)
+        client.send(type="save")
+        client.text("saved")
+
+    class Other(CableSource):
+        def frame(self, index):
+            return Frame(image=np.full((*SIZE, 3), 200, np.uint8), index=index)
+
+    config = Config.from_file(tmp_path / "a.yaml")
+    with tuning(Other(12, live=live), config=config) as (client, _):
+        state = client.text("state")
+        assert (len(state["strokes"]), state["others"]) == ((0, 1) if live else (1, 0))
+        client.send(type="save")
+        assert Config.from_yaml(client.text("saved")["text"]).segmentation == config.segmentation
+
+
 def test_without_a_stroke_nothing_is_saved_and_without_a_file_the_text_is_shown(tmp_path):
     with tuning(target=tmp_path / "cable.yaml") as (client, _):
         client.send(type="save")

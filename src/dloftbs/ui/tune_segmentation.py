@@ -44,29 +44,45 @@ class Translator:
         From an index to the frame.
     section : SegmentationConfig
         To begin with: its network, local mask and background, and the strokes on other pictures are kept.
+    roi : Roi, optional
+        Region of interest in which the section's colours were counted.
+    live : bool
+        Whether the frames of earlier runs are gone: then all strokes of the section are on other pictures.
     """
 
-    def __init__(self, name: str, frame_of: Callable[[int], Frame], section: SegmentationConfig) -> None:
-        self._name, self._frame_of = readable(name), frame_of
+    def __init__(
+        self,
+        name: str,
+        frame_of: Callable[[int], Frame],
+        section: SegmentationConfig,
+        roi: Roi | None = None,
+        *,
+        live: bool = False,
+    ) -> None:
+        self._name, self._frame_of, self._live = readable(name), frame_of, live
         self._kept = SegmentationConfig(onnx=section.onnx, local=section.local, background=section.background)
-        self.first = self._document_of(section)
+        self._stored: dict[tuple[tuple[DrawnStroke, ...], Roi | None], ColourPicture] = {}
         self._pictures: dict[tuple[tuple[DrawnStroke, ...], Roi | None], ColourPicture] = {}
         self._drafts: dict[tuple[DrawnStroke, ...], ColourPicture] = {}
+        self.first = self._document_of(section, roi)
 
-    def _document_of(self, section: SegmentationConfig) -> TuneDocument:
-        strokes: list[DrawnStroke] = []
+    def _document_of(self, section: SegmentationConfig, roi: Roi | None) -> TuneDocument:
+        drawn: dict[int, tuple[DrawnStroke, ...]] = {}
         others: list[ColourPicture] = []
         for picture in () if section.colour is None else section.colour.pictures:
             index = self._index_in(picture.source)
-            if index is None:
+            if index is None or index in drawn:
                 others.append(picture)
             else:
-                strokes += [DrawnStroke(index, one.points, one.cable, one.radius_px) for one in picture.strokes]
+                strokes = tuple(DrawnStroke(index, one.points, one.cable, one.radius_px) for one in picture.strokes)
+                drawn[index] = strokes
+                # The frame of this name may be another one by now: a relative path is the same in many folders.
+                self._stored[strokes, roi] = picture
         ranges = tuple((*box.hue, *box.saturation, *box.value) for box in section.hsv)
         plane = section.plane
         return TuneDocument(
             method=RANGES if ranges and section.colour is None else STROKES,
-            strokes=tuple(strokes),
+            strokes=tuple(stroke for group in drawn.values() for stroke in group),
             ranges=ranges,
             height_m=None if plane is None else plane.height_m,
             join="and" if plane is None else plane.join,
@@ -80,7 +96,7 @@ class Translator:
 
     def _index_in(self, source: str) -> int | None:
         found = re.fullmatch(re.escape(self._name) + r", frame (\d{1,9})", source)
-        return None if found is None else int(found[1])
+        return None if found is None or self._live else int(found[1])
 
     def section_of(self, document: TuneDocument) -> SegmentationConfig:
         """Return the section that says what a document does.
@@ -106,12 +122,16 @@ class Translator:
         return list(self._pictures.values())
 
     def _picture(self, strokes: tuple[DrawnStroke, ...], roi: Roi | None) -> ColourPicture | None:
-        if (strokes, roi) in self._pictures:
-            return self._pictures[strokes, roi]
+        known = self._stored.get((strokes, roi)) or self._pictures.get((strokes, roi))
+        if known is not None:
+            return known
         frame, image, inside = self._drawn_on(strokes)
         return make_picture(image, inside, self._source_of(frame.index), roi) if inside else None
 
     def _draft(self, strokes: tuple[DrawnStroke, ...]) -> ColourPicture | None:
+        stored = self._stored.get((strokes, None))
+        if stored is not None:
+            return msgspec.structs.replace(stored, pixels="")  # whose cables are as wide as in the full picture
         if strokes in self._drafts:
             return self._drafts[strokes]
         frame, image, inside = self._drawn_on(strokes)

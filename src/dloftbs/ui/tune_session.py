@@ -93,8 +93,9 @@ class TuneSession:
 
     def __init__(self, store: FrameStore, config: Config, target: Path | None, command: str) -> None:
         self._store, self._config, self._target, self._command = store, config, target, command
-        self._translator = Translator(store.source.name, store.frame, config.segmentation)
         roi = None if config.region.roi is None else read_roi(config.region.roi)
+        source = store.source
+        self._translator = Translator(source.name, store.frame, config.segmentation, roi, live=source.live)
         self._history = History(
             msgspec.structs.replace(self._translator.first, objects=config.linking.objects, roi=roi)
         )

@@ -228,7 +228,7 @@ export class Tune {
     byId("ranges-panel").hidden = isStrokes;
     byId("undo").disabled = !state.can_undo;
     byId("redo").disabled = !state.can_redo;
-    byId("clear").disabled = state.strokes.length === 0 && state.ranges.length === 0 && state.height_m === null;
+    byId("clear").disabled = state.strokes.length === 0 && state.others === 0 && state.ranges.length === 0 && state.height_m === null;
     byId("live").hidden = !state.live;
     byId("use-height").checked = state.height_m !== null;
     byId("accept-strokes").checked = state.accept_strokes;
@@ -239,7 +239,7 @@ export class Tune {
     }
     if (state.height_m !== null) byId("height").value = String(Math.round(1000 * state.height_m));
     byId("height-mm").textContent = `${byId("height").value} mm`;
-    byId("stroke-count").textContent = told(state.strokes);
+    byId("stroke-count").textContent = told(state.strokes, state.others);
     byId("save").textContent = state.target ? `Save ${state.target.split(/[\\/]/).pop()}` : "Show settings";
     showCables(byId("cables"), state.objects);
     byId("command").textContent = state.command;
@@ -311,7 +311,7 @@ export class Tune {
   showHint() {
     const { header } = this.stage;
     const hint = byId("hint");
-    const empty = this.state.strokes.length === 0 && this.state.ranges.length === 0 && this.state.height_m === null && !this.state.kept;
+    const empty = this.state.strokes.length === 0 && !this.state.others && this.state.ranges.length === 0 && this.state.height_m === null && !this.state.kept;
     if (this.region.kind) {
       hint.textContent = this.region.hint;
       hint.hidden = this.brush.drawing;
@@ -336,9 +336,9 @@ export class Tune {
   }
 }
 
-/** @param {import("./brush.js").Stroke[]} strokes */
-function told(strokes) {
-  if (strokes.length === 0) return "No strokes yet.";
+/** @param {import("./brush.js").Stroke[]} strokes @param {number} others */
+function told(strokes, others) {
+  if (strokes.length === 0) return others ? "The settings have strokes on other pictures. Clear removes them." : "No strokes yet.";
   const frames = new Set(strokes.map((stroke) => stroke.frame)).size;
   const count = `${strokes.length} stroke${strokes.length > 1 ? "s" : ""}`;
   return `${count} on ${frames} frame${frames > 1 ? "s" : ""}. Where the mask is wrong in another frame, draw there too.`;
