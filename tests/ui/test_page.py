@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import contextmanager
+from threading import Event
 
 import pytest
 from ui.page_client import SIZE, CableSource, wait_for
@@ -194,6 +196,75 @@ def test_strokes_on_other_pictures_are_told_and_can_be_cleared(open_page):
         wait_for_text(page, "#stroke-count", "strokes on other pictures")
         page.click("#clear")
         wait_for_text(page, "#stroke-count", "No strokes yet")
+
+
+def saved_text(page):
+    page.click("#save")
+    page.locator("#text", has_text="sample").wait_for(state="attached")
+    return page.locator("#text").text_content()
+
+
+def test_a_stroke_belongs_to_the_frame_that_is_shown_while_the_next_is_on_its_way(open_page):
+    reached, go_on = Event(), Event()
+
+    class Slow(CableSource):
+        def frame(self, index):
+            if index == 1:
+                reached.set()
+                go_on.wait(20.0)
+            return super().frame(index)
+
+    with tuning(source=Slow(12)) as address:
+        page = open_page(address)
+        wait_for_text(page, "#hint", "Draw along a cable")
+        assert reached.wait(20.0)
+        page.keyboard.press("ArrowRight")
+        drag(page, along())
+        go_on.set()
+        wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
+        assert "source: cable.mp4, frame 0" in saved_text(page)
+        wait_for_text(page, "#position", "1 / 12")
+
+
+def test_drawing_stops_the_playback(open_page):
+    with tuning(source=CableSource(400)) as address:
+        page = open_page(address)
+        wait_for_text(page, "#hint", "Draw along a cable")
+        page.keyboard.press("Space")
+        page.locator("#position", has_not_text=re.compile("^1 /")).wait_for()
+        first, *rest = on_screen(page, along())
+        page.mouse.move(*first)
+        page.mouse.down()
+        held = text_of(page, "#position")
+        for place in rest:
+            page.mouse.move(*place)
+            page.wait_for_timeout(40)
+        page.mouse.up()
+        wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
+        assert f"source: cable.mp4, frame {int(held.split()[0]) - 1}\n" in saved_text(page)
+        assert text_of(page, "#position") == held
+
+
+def test_drawing_on_a_camera_holds_the_frame_that_is_shown(open_page):
+    go_on = Event()
+
+    class Camera(CableSource):
+        def frame(self, index):
+            if index == 3:
+                go_on.wait(20.0)
+            return super().frame(index)
+
+    with tuning(source=Camera(12, live=True)) as address:
+        page = open_page(address)
+        wait_for_text(page, "#position", "3 /")
+        drag(page, along(0.06), lift=False)
+        page.locator("#live[aria-pressed=false]").wait_for()
+        go_on.set()
+        page.wait_for_timeout(500)
+        page.mouse.up()
+        wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
+        assert "source: cable.mp4, frame 2" in saved_text(page)
+        wait_for_text(page, "#position", "3 /")
 
 
 def test_a_finger_draws_on_a_phone(open_page):

@@ -17,6 +17,7 @@ export class Brush {
    * @param {{
    *   tool: () => "cable" | "not" | "erase" | "pick" | "none",
    *   radius: () => number,
+   *   began: () => void,
    *   moved: (points: [number, number][]) => void,
    *   done: (points: [number, number][]) => void,
    * }} hands
@@ -63,6 +64,7 @@ export class Brush {
       this.pinch = this.grip();
     } else if (this.pointers.size === 1 && this.stage.header && this.hands.tool() !== "none") {
       this.points = [this.stage.pixelAt(event)];
+      this.hands.began();
       this.hands.moved(this.points);
     } else if (this.hands.tool() === "none") {
       this.pinch = this.grip();

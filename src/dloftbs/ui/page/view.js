@@ -20,7 +20,7 @@ export class View {
     byId("view").hidden = false;
     this.plots = new Plots();
     this.space = new Space(byId("space"));
-    new Brush(stage, { tool: () => "none", radius: () => 1, moved: () => {}, done: () => {} });
+    new Brush(stage, { tool: () => "none", radius: () => 1, began: () => {}, moved: () => {}, done: () => {} });
     for (const id of ["previous", "live", "strip", "strip-legend", "scrubber", "show-mask"]) byId(id).remove();
     byId("timeline").append(make("progress", { id: "progress", max: "1", value: "0", "aria-label": "Progress" }));
     byId("play").onclick = () => this.togglePlay();
