@@ -281,6 +281,27 @@ def test_a_finger_draws_on_a_phone(open_page):
         wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
 
 
+@pytest.mark.parametrize("cancelled", [False, True])
+def test_a_second_finger_takes_back_what_the_first_began(open_page, cancelled):
+    with tuning() as address:
+        page = open_page(address, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+        page.locator("#accept").wait_for()
+        touch = page.context.new_cdp_session(page)
+        places = [{"x": x, "y": y, "id": 0} for x, y in on_screen(page, along())]
+        touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": places[:1]})
+        for place in places[1:]:
+            touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [place]})
+        page.locator("#accept").wait_for(state="hidden")  # the mask is the draft's
+        if cancelled:
+            touch.send("Input.dispatchTouchEvent", {"type": "touchCancel", "touchPoints": []})
+        else:
+            both = [places[-1], {**places[0], "id": 1}]
+            touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": both})
+            touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        page.locator("#accept").wait_for()
+        assert text_of(page, "#stroke-count") == "No strokes yet."
+
+
 def test_a_recording_that_ends_can_be_stepped_looped_and_begun_again(open_page):
     with viewing(CableSource(30)) as (session, address):
         page = open_page(address)

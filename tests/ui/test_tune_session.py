@@ -63,6 +63,24 @@ def test_a_stroke_makes_the_mask_while_it_is_drawn_and_undo_takes_it_back():
         assert client.picture(lambda header: header["suggested"])
 
 
+@pytest.mark.parametrize("message", [{"type": "seek", "index": 0}, {"type": "undo"}, {"type": "redo"}])
+def test_a_draft_ends_with_what_follows(message):
+    with tuning() as (client, _):
+        draw(client, done=False)
+        client.picture(lambda header: not header["suggested"])
+        client.send(**message)
+        assert client.picture(lambda header: header["suggested"])
+
+
+def test_a_draft_ends_with_the_guess():
+    with tuning() as (client, _):
+        draw(client, done=False, points=[[5, 5], [60, 5]])
+        assert overlap(client.picture(lambda header: not header["suggested"])[1], 0) < 0.5
+        client.send(type="accept", frame=0)
+        while overlap(client.picture()[1], 0) < 0.8:
+            pass
+
+
 def test_frames_can_be_looked_at_in_any_order():
     with tuning() as (client, _):
         client.picture()

@@ -157,7 +157,7 @@ class TuneSession:
             case Seek():
                 if message.index is None and not self._store.source.live:
                     raise InputError("only a camera has a newest frame")
-                look.index = message.index
+                look.index, look.draft = message.index, None
                 viewer.refresh()
             case (
                 Draw()
@@ -172,9 +172,11 @@ class TuneSession:
             ):
                 self._edit(viewer, look, edited(document, message), done=getattr(message, "done", True))
             case Undo() | Redo():
+                look.draft = None
                 self._history.undo() if isinstance(message, Undo) else self._history.redo()
                 self._changed()
             case Accept():
+                look.draft = None
                 self._do(viewer, self._accept(message.frame))
             case Delete():
                 self._do(viewer, self._delete(message.frame, message.point))

@@ -37,12 +37,10 @@ export class Tune {
       radius: () => (this.region.kind ? 1 : this.radius || 4),
       began: () => this.hold(),
       moved: (points) => {
-        if (this.region.kind) {
-          this.region.moved(points);
-          return;
-        }
         this.waiting = points;
-        this.sendDraft();
+        if (this.region.kind) this.region.moved(points);
+        else if (points.length > 0) this.sendDraft();
+        else if (this.draws) this.seek(this.drawnOn); // which ends the draft
       },
       done: (points) => this.finish(points),
     });
