@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from threading import Event
 
 import numpy as np
 import pytest
@@ -422,6 +423,41 @@ def test_a_deleted_object_is_drawn_on_as_no_cable_and_undo_brings_it_back():
 def test_a_guess_is_offered_once_it_holds_on_frames_all_over_the_video():
     with tuning() as (client, _):
         assert client.picture(lambda header: header["offered"])[0]["suggested"]
+
+
+@pytest.fixture
+def guessed(monkeypatch):
+    """Return the frames whose guesses were tried, in order."""
+    indices, guess = [], TuneSession._guess
+    monkeypatch.setattr(TuneSession, "_guess", lambda self, index: indices.append(index) or guess(self, index))
+    return indices
+
+
+def test_of_the_frames_that_are_passed_the_guess_of_the_last_alone_is_tried(guessed):
+    go_on = Event()
+
+    class Slow(CableSource):
+        def __iter__(self):
+            yield from super().__iter__()
+            go_on.wait(20.0)
+
+    with tuning(Slow(12)) as (client, _):
+        for index in (0, 5, 3, 7):
+            client.send(type="seek", index=index)
+            client.picture(lambda header, index=index: header["index"] == index)
+        go_on.set()
+        client.picture(lambda header: header["offered"])
+        assert guessed == [7]
+        client.send(type="seek", index=3)
+        client.picture(lambda header: header["offered"] and header["index"] == 3)
+        assert guessed == [7, 3]
+
+
+def test_no_guess_is_tried_on_a_camera(guessed):
+    with tuning(CableSource(30, live=True)) as (client, _):
+        for _ in range(5):
+            client.picture(lambda header: header["index"] == 29 and header["curves"])
+        assert guessed == []
 
 
 class GroundLater(CableSource):

@@ -107,6 +107,7 @@ class TuneSession:
         self._pipeline: tuple[tuple[int | None, Roi | None], Pipeline] | None = None
         self._segmenter: tuple[TuneDocument, RegionSegmenter] | None = None
         self._guesses: dict[tuple[int, TuneDocument], bool] = {}
+        self._trial: tuple[tuple[int, TuneDocument], asyncio.Task[None]] | None = None
         self._strip = Strip(store, self._new_segmenter, self._new_pipeline, self._tell_counts)
         self._counts = Counts()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -214,7 +215,7 @@ class TuneSession:
             **history.document.to_dict(),
         }
 
-    def _do(self, viewer: Viewer, work: Coroutine[Any, Any, None]) -> None:
+    def _do(self, viewer: Viewer, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         """Do something that takes time, and tell the browser that asked if it fails."""
 
         async def done() -> None:
@@ -226,6 +227,7 @@ class TuneSession:
         task = asyncio.ensure_future(done())
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+        return task
 
     async def _accept(self, index: int) -> None:
         """Take the suggestion for a frame over as strokes along its curves."""
@@ -258,9 +260,20 @@ class TuneSession:
         strokes += [*kept, *strokes_along(index, [deleted], cable=False)]
         return msgspec.structs.replace(document, strokes=tuple(strokes), method=STROKES)
 
+    def _try_soon(self, viewer: Viewer, index: int, document: TuneDocument) -> None:
+        """Try the guess for a frame, unless that was done, in the place of another one that is being tried."""
+        asked = index, document
+        if asked in self._guesses or self._store.source.live:
+            return
+        if self._trial is not None and not self._trial[1].done():
+            self._trial[1].cancel()
+            del self._guesses[self._trial[0]]
+        self._guesses[asked] = False
+        self._trial = asked, self._do(viewer, self._try_guess(viewer, index, document))
+
     async def _try_guess(self, viewer: Viewer, index: int, document: TuneDocument) -> None:
         """Try the strokes along a guess on frames all over the video, and offer it where they find as many objects."""
-        while not (self._store.ended or self._store.source.live):
+        while not self._store.ended:
             await asyncio.sleep(_LIVE_PERIOD_S)
         guess = await self._in_pool(lambda: self._guess(index))
         tried = msgspec.structs.replace(document, strokes=tuple(strokes_along(index, guess)))
@@ -323,9 +336,8 @@ class TuneSession:
         finally:
             self._strip.idle.set()
         look.image, look.number = frame.index, look.number + 1
-        if header["suggested"] and header["curves"] and (frame.index, document) not in self._guesses:
-            self._guesses[frame.index, document] = False
-            self._do(viewer, self._try_guess(viewer, frame.index, document))
+        if header["suggested"] and header["curves"]:
+            self._try_soon(viewer, frame.index, document)
         return look.number, encode_picture({**header, "number": look.number}, parts)
 
     def _picture(
