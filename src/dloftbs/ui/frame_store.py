@@ -33,10 +33,16 @@ class FrameStore:
     source : Source
         Closed with the store.
     budget_bytes : int
+
+    Attributes
+    ----------
+    live : bool
+        Whether it is as with a camera: also where a source can be read only once.
     """
 
     def __init__(self, source: Source, budget_bytes: int = BUDGET_BYTES) -> None:
         self.source = source
+        self.live = source.live or source.single_pass
         self._budget = budget_bytes
         self._samples: list[Frame] = []
         self._every = 1
@@ -72,7 +78,7 @@ class FrameStore:
     @property
     def length(self) -> int | None:
         """Number of frames; None while it is not known."""
-        if self._ended or self.source.live:
+        if self._ended or self.live:
             return self._last + 1
         return self.source.length
 
@@ -101,7 +107,7 @@ class FrameStore:
         SourceError
             If nothing can be read there.
         """
-        if self.source.live:
+        if self.live:
             return self._live_frame(index)
         return self._recorded_frame(index or 0)
 

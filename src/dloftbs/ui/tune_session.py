@@ -94,8 +94,7 @@ class TuneSession:
     def __init__(self, store: FrameStore, config: Config, target: Path | None, command: str) -> None:
         self._store, self._config, self._target, self._command = store, config, target, command
         roi = None if config.region.roi is None else read_roi(config.region.roi)
-        source = store.source
-        self._translator = Translator(source.name, store.frame, config.segmentation, roi, live=source.live)
+        self._translator = Translator(store.source.name, store.frame, config.segmentation, roi, live=store.live)
         self._history = History(
             msgspec.structs.replace(self._translator.first, objects=config.linking.objects, roi=roi)
         )
@@ -119,7 +118,7 @@ class TuneSession:
         self._audience.open(loop)
         self._store.start()
         self._strip.start(self._history.document)
-        if self._store.source.live:
+        if self._store.live:
             self._follow_camera()
 
     def close(self) -> None:
@@ -133,7 +132,7 @@ class TuneSession:
     def join(self, viewer: Viewer) -> None:
         """Take a browser in."""
         self._audience.add(viewer)
-        self._looks[viewer] = _Look(None if self._store.source.live else 0)
+        self._looks[viewer] = _Look(None if self._store.live else 0)
         viewer.post("state", encode_text("state", **self._state()))
         viewer.post("strip", self._strip_text(self._counts))
         viewer.refresh()
@@ -156,7 +155,7 @@ class TuneSession:
             case Ack():
                 return
             case Seek():
-                if message.index is None and not self._store.source.live:
+                if message.index is None and not self._store.live:
                     raise InputError("only a camera has a newest frame")
                 look.index, look.draft = message.index, None
                 viewer.refresh()
@@ -204,7 +203,7 @@ class TuneSession:
         return {
             "mode": "tune",
             "name": readable(source.name),
-            "live": source.live,
+            "live": self._store.live,
             "length": self._store.length,
             "fps": source.fps,
             "target": None if self._target is None else readable(str(self._target)),
@@ -263,7 +262,7 @@ class TuneSession:
     def _try_soon(self, viewer: Viewer, index: int, document: TuneDocument) -> None:
         """Try the guess for a frame, unless that was done, in the place of another one that is being tried."""
         asked = index, document
-        if asked in self._guesses or self._store.source.live:
+        if asked in self._guesses or self._store.live:
             return
         if self._trial is not None and not self._trial[1].done():
             self._trial[1].cancel()

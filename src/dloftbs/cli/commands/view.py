@@ -52,7 +52,7 @@ def view(
             lambda objects: Pipeline(config.replace({"linking.objects": objects})).process,
             source.name,
             length=source.length,
-            live=source.live,
+            live=source.live or source.single_pass,
             fps=source.fps and source.fps / every,
             objects=config.linking.objects,
         )
