@@ -23,6 +23,7 @@ from dloftbs.cli.commands.track import track
 from dloftbs.cli.commands.tune import tune
 from dloftbs.cli.input_options import InputOptions
 from dloftbs.cli.page import source_arguments
+from dloftbs.config import SegmentationConfig
 from dloftbs.ui.server import Address
 
 RED = "170:10,80:255,60:255"
@@ -153,6 +154,23 @@ def test_options_change_what_a_file_that_is_there_says(folder, tmp_path):
         process.communicate(timeout=20)
     saved = Config.from_file(target)
     assert (saved.cleaning.open_px, saved.cleaning.close_px, saved.linking.objects) == (5, 7, 1)
+
+
+def test_a_named_colour_replaces_the_strokes_of_a_file_that_is_there(folder, tmp_path):
+    target = tmp_path / "cable.yaml"
+    run("colour", folder / "0.png", "--at", "30,40:170,40", "--out", target)
+    assert Config.from_file(target).segmentation.colour is not None
+    process = start("tune", folder, "--out", target, "--hsv", RED, "--port", 0, "--no-browser")
+    client, _ = opened(process)
+    try:
+        assert client.text("state")["method"] == "ranges"
+        client.send(type="save")
+        client.text("saved")
+    finally:
+        client.close()
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+    assert Config.from_file(target).segmentation == SegmentationConfig().with_hsv(RED)
 
 
 @pytest.mark.parametrize(

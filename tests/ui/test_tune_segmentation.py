@@ -32,12 +32,25 @@ def translator(section=SegmentationConfig(), name="cable.mp4", looked_at=None, *
         SegmentationConfig(onnx=NetworkConfig(file="net.onnx")),
         SegmentationConfig(local="darker"),
         SegmentationConfig(background="empty.png", hsv=(HsvRange.parse("170:10"),)),
+        SegmentationConfig(mask_is="binary"),
     ],
 )
 def test_a_section_comes_back_as_it_was(section):
     there = translator(section)
     assert there.section_of(there.first) == section
     assert there.first.is_empty == (not section.is_given)
+
+
+def test_what_the_page_does_not_change_of_a_colour_is_kept():
+    section = translator().section_of(TuneDocument(strokes=(CABLE,)))
+    red, green = HsvRange.parse("170:10"), HsvRange.parse("40:80")
+    colour = msgspec.structs.replace(section.colour, follow_light=False)
+    section = msgspec.structs.replace(section, colour=colour, hsv=(red,))
+    there = translator(section)
+    assert (there.first.method, there.first.ranges, there.first.kept) == ("strokes", (), True)
+    assert there.section_of(there.first) == section
+    ranges = msgspec.structs.replace(there.first, method="ranges", ranges=((40, 80, 40, 255, 40, 255),))
+    assert there.section_of(ranges) == SegmentationConfig(hsv=(red, green))
 
 
 def test_strokes_come_back_with_their_frames_and_the_same_colours():

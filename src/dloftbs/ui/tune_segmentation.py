@@ -43,7 +43,8 @@ class Translator:
     frame_of : callable
         From an index to the frame.
     section : SegmentationConfig
-        To begin with: its network, local mask and background, and the strokes on other pictures are kept.
+        To begin with. What the page does not change is kept: a network, a local mask, a background, strokes on other
+        pictures, ranges beside strokes, and how masks are read.
     roi : Roi, optional
         Region of interest in which the section's colours were counted.
     live : bool
@@ -60,7 +61,9 @@ class Translator:
         live: bool = False,
     ) -> None:
         self._name, self._frame_of, self._live = readable(name), frame_of, live
-        self._kept = SegmentationConfig(onnx=section.onnx, local=section.local, background=section.background)
+        beside_strokes = section.hsv if section.colour is not None else ()
+        self._kept = msgspec.structs.replace(section, hsv=beside_strokes, colour=None, plane=None)
+        self._follows_light = section.colour is None or section.colour.follow_light
         self._stored: dict[tuple[tuple[DrawnStroke, ...], Roi | None], ColourPicture] = {}
         self._pictures: dict[tuple[tuple[DrawnStroke, ...], Roi | None], ColourPicture] = {}
         self._drafts: dict[tuple[DrawnStroke, ...], ColourPicture] = {}
@@ -78,10 +81,11 @@ class Translator:
                 drawn[index] = strokes
                 # The frame of this name may be another one by now: a relative path is the same in many folders.
                 self._stored[strokes, roi] = picture
-        ranges = tuple((*box.hue, *box.saturation, *box.value) for box in section.hsv)
+        shown = section.hsv if section.colour is None else ()
+        ranges = tuple((*box.hue, *box.saturation, *box.value) for box in shown)
         plane = section.plane
         return TuneDocument(
-            method=RANGES if ranges and section.colour is None else STROKES,
+            method=RANGES if ranges else STROKES,
             strokes=tuple(stroke for group in drawn.values() for stroke in group),
             ranges=ranges,
             height_m=None if plane is None else plane.height_m,
@@ -108,11 +112,14 @@ class Translator:
         """
         plane = None if document.height_m is None else PlaneConfig(height_m=document.height_m, join=document.join)
         if document.method == RANGES:
-            hsv = tuple(map(_as_range, document.ranges))
+            hsv = (*self._kept.hsv, *map(_as_range, document.ranges))
             return msgspec.structs.replace(self._kept, hsv=hsv, plane=plane)
         pictures = (*document.others, *self._drawn(document.strokes, document.roi))
-        drawn = any(picture.cable for picture in pictures)
-        colour = ColourConfig(pictures=pictures, accept_strokes=document.accept_strokes) if drawn else None
+        colour = None
+        if any(picture.cable for picture in pictures):
+            colour = ColourConfig(
+                pictures=pictures, accept_strokes=document.accept_strokes, follow_light=self._follows_light
+            )
         return msgspec.structs.replace(self._kept, colour=colour, plane=plane)
 
     def _drawn(self, strokes: tuple[DrawnStroke, ...], roi: Roi | None) -> list[ColourPicture]:
