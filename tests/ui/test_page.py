@@ -322,6 +322,20 @@ def test_a_recording_that_ends_can_be_stepped_looped_and_begun_again(open_page):
         wait_for(lambda: len(session.audience) == 0)
 
 
+def test_play_at_the_end_begins_anew_and_goes_on(open_page):
+    with viewing(CableSource(6), fps=20.0) as (_, address):
+        page = open_page(address)
+        wait_for_text(page, "#hint", "The source has ended")
+        page.click("#restart")
+        page.locator("#hint").wait_for(state="hidden")
+        for _ in range(7):  # steps, after which it holds
+            page.click("#next")
+        wait_for_text(page, "#hint", "The source has ended")
+        page.click("#play")
+        page.locator("#hint").wait_for(state="hidden")
+        wait_for_text(page, "#hint", "The source has ended")
+
+
 def test_a_slow_browser_sees_the_newest_frame_and_holds_nobody_up(open_page):
     with viewing(CableSource(90)) as (_, address):
         slow = open_page(address)

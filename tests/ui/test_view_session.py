@@ -69,6 +69,14 @@ def test_pause_step_restart_and_loop():
         client.text("state", lambda state: state["ended"])
 
 
+def test_a_recording_that_begins_anew_has_not_ended():
+    with viewing(CableSource(8)) as (_, _, client):
+        client.text("state", lambda state: state["ended"])
+        client.send(type="pause", paused=True)
+        client.send(type="restart")
+        assert client.text("state", lambda state: not state["ended"])["paused"]
+
+
 def test_a_viewer_that_does_not_acknowledge_gets_nothing_more_and_holds_nobody_up():
     with viewing(CableSource(40)) as (_, address, slow), connected(address) as fast:
         first, _ = slow.picture(ack=False)

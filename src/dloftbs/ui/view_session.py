@@ -303,12 +303,12 @@ class ViewSession(ViewFeed):
     def _run(self) -> None:
         try:
             while True:
-                self._ended = False
                 whole = self._one_pass()
                 if whole and (self._live or not self._playback.loop):
                     self.end()
                 if self._live or not self._playback.wait_for_restart():
                     return
+                self._ended = False
                 self.tell_state()
         except BaseException as error:  # noqa: BLE001 - it is raised by `wait`
             self._failure = error

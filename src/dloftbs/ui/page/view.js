@@ -42,8 +42,9 @@ export class View {
 
   togglePlay() {
     if (!this.state.controls) return;
-    if (this.state.ended) this.connection.send({ type: "restart" });
-    else this.connection.send({ type: "pause", paused: !this.state.paused });
+    const { ended, paused } = this.state;
+    if (ended) this.connection.send({ type: "restart" });
+    this.connection.send({ type: "pause", paused: !ended && !paused });
   }
 
   toggleLoop() {
