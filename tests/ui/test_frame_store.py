@@ -89,6 +89,19 @@ def test_of_a_camera_the_newest_frame_is_had_and_what_was_kept(opened):
     assert store.frame(5).index == 5
 
 
+def test_a_camera_s_frame_that_is_drawn_on_stays(opened):
+    store = opened(CableSource(40, live=True), 4 * FRAME_BYTES)
+    all_samples(store)
+    store.keep(CableSource().frame(5))
+    store.pin(5)
+    for index in range(6, 30):
+        store.keep(CableSource().frame(index))
+    assert store.frame(5).index == 5
+    with pytest.raises(SourceError, match=r"cable\.mp4: frame 7 is no longer kept"):
+        store.pin(7)
+    opened(CableSource(4), started=False).pin(400)  # of a recording it is read again
+
+
 def test_a_source_that_can_be_read_only_once_is_kept_as_a_camera(opened):
     class Once(CableSource):
         single_pass = True

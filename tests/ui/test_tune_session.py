@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import time
 from contextlib import contextmanager
 from threading import Event
 
@@ -260,6 +261,39 @@ def test_a_camera_is_followed_until_somebody_looks_at_a_frame():
         assert client.picture(lambda header: not header["suggested"])[0]["index"] == 3
         client.send(type="seek", index=None)
         assert client.picture(lambda header: header["index"] == 29)
+
+
+def test_strokes_on_a_camera_stay_on_the_picture_they_were_drawn_on():
+    go_on = Event()
+
+    class Camera(CableSource):
+        def frame(self, index):
+            if index == 2:
+                go_on.wait(20.0)
+            time.sleep(0.02)
+            if index > 1:
+                return Frame(image=np.full((*SIZE, 3), 200, np.uint8), index=index)
+            return super().frame(index)
+
+    store = FrameStore(Camera(80, live=True), budget_bytes=4 * 3 * SIZE[0] * SIZE[1])
+    session = TuneSession(store, Config(), None, COMMAND)
+    with serve(session, port=0) as address, connected(address) as client:
+        client.picture(lambda header: header["index"] == 1)
+        draw(client, 1)
+        client.send(type="save")
+        text = client.text("saved")["text"]
+        go_on.set()
+        client.picture(lambda header: header["index"] == 79)
+        client.send(type="seek", index=1)
+        client.picture(lambda header: header["index"] == 1)
+        client.send(type="accept", frame=41)
+        assert "frame 41 is no longer kept" in client.text("error")["message"]
+        client.send(type="region", box=[0, 0, SIZE[1], SIZE[0]])  # has the colours counted anew
+        client.text("state", lambda state: state["roi"])
+        client.send(type="save")
+        again = client.text("saved")["text"]
+    one, other = (Config.from_yaml(each).segmentation for each in (text, again))
+    assert one == other
 
 
 def test_masks_have_nothing_to_tune():

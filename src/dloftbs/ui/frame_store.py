@@ -48,6 +48,7 @@ class FrameStore:
         self._every = 1
         self._newest: Frame | None = None
         self._kept: OrderedDict[int, Frame] = OrderedDict()
+        self._pinned: dict[int, Frame] = {}
         self._reader: Iterator[Frame] | None = None
         self._next = 0
         self._at_source = Lock()  # a file has one place at which it is read
@@ -118,8 +119,28 @@ class FrameStore:
                 raise self._error or SourceError(f"{self.source.name}: no frame could be read")
             if index is None:
                 return self._newest
-            known = [*self._samples, *self._kept.values(), self._newest]
-            return min(known, key=lambda frame: abs(frame.index - index))
+            return min(self._known(), key=lambda frame: abs(frame.index - index))
+
+    def _known(self) -> list[Frame]:
+        newest = () if self._newest is None else (self._newest,)
+        return [*self._pinned.values(), *self._kept.values(), *self._samples, *newest]
+
+    def pin(self, index: int) -> None:
+        """Keep a camera's frame that somebody draws on, whatever the budget: its colours are counted again and again.
+
+        Raises
+        ------
+        SourceError
+            If it is no longer kept.
+        """
+        if not self.live:
+            return
+        with self._changed:
+            found = next((frame for frame in self._known() if frame.index == index), None)
+            if found is None:
+                name = self.source.name
+                raise SourceError(f"{name}: frame {index} is no longer kept; draw on the frame that is shown")
+            self._pinned[index] = found
 
     def keep(self, frame: Frame) -> None:
         """Keep a frame that somebody looks at."""

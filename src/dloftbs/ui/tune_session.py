@@ -151,6 +151,8 @@ class TuneSession:
             If that cannot be.
         """
         look, document = self._looks[viewer], self._history.document
+        if isinstance(message, (Draw, Accept, Delete)):
+            self._store.pin(message.frame)
         match message:
             case Ack():
                 return
