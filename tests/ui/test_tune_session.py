@@ -12,6 +12,7 @@ from ui.page_client import SIZE, CableSource, cable_mask, connected, mask_of
 from dloftbs import Config, Frame, HsvRange, PinholeCamera, Pipeline
 from dloftbs.config import SegmentationConfig
 from dloftbs.errors import ConfigError
+from dloftbs.ui import tune_session
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.server import serve
 from dloftbs.ui.tune_document import DrawnStroke, TuneDocument
@@ -452,6 +453,27 @@ def test_a_deleted_object_is_drawn_on_as_no_cable_and_undo_brings_it_back():
         assert client.text("state", lambda state: not state["strokes"])
         client.send(type="delete", frame=0, point=[1, 1])
         assert "no object at this place" in client.text("error")["message"]
+
+
+def test_a_stroke_that_is_drawn_while_an_object_is_deleted_stays(monkeypatch):
+    entered, go_on, find = Event(), Event(), tune_session.object_at
+
+    def slow(*args):
+        entered.set()
+        go_on.wait(20.0)
+        return find(*args)
+
+    monkeypatch.setattr(tune_session, "object_at", slow)
+    with tuning(TwoCables(3)) as (client, _):
+        client.picture(lambda header: header["suggested"] and len(header["curves"]) == 2)
+        client.send(type="delete", frame=0, point=[60, SIZE[0] - 10])
+        assert entered.wait(20.0)
+        draw(client, points=[[5, 5], [60, 5]], cable=False)
+        client.text("state", lambda state: state["strokes"])
+        go_on.set()
+        strokes = client.text("state", lambda state: len(state["strokes"]) > 1)["strokes"]
+        assert strokes[0]["points"] == [[5, 5], [60, 5]]
+        assert any(stroke["cable"] for stroke in strokes)
 
 
 def test_a_guess_is_offered_once_it_holds_on_frames_all_over_the_video():

@@ -46,7 +46,7 @@ from dloftbs.ui.messages import (
 )
 from dloftbs.ui.payload import describe
 from dloftbs.ui.strip import Counts, Strip
-from dloftbs.ui.tune_document import STROKES, History, Point, TuneDocument, edited
+from dloftbs.ui.tune_document import STROKES, DrawnStroke, History, Point, TuneDocument, edited
 from dloftbs.ui.tune_segmentation import (
     RegionSegmenter,
     Segment,
@@ -243,10 +243,14 @@ class TuneSession:
 
     async def _delete(self, index: int, point: Point) -> None:
         """Draw on the object at a point as no cable, which the file then says, too."""
-        self._history.change(await self._in_pool(lambda: self._without_object(index, point)))
+        removed, added = await self._in_pool(lambda: self._strokes_without(index, point))
+        document = self._history.document  # which somebody may have changed meanwhile
+        strokes = (*(one for one in document.strokes if one not in removed), *added)
+        self._history.change(msgspec.structs.replace(document, strokes=strokes, method=STROKES))
         self._changed()
 
-    def _without_object(self, index: int, point: Point) -> TuneDocument:
+    def _strokes_without(self, index: int, point: Point) -> tuple[list[DrawnStroke], list[DrawnStroke]]:
+        """Return the strokes to remove and those to add, so that the object at a point is no cable."""
         document, frame = self._history.document, self._store.frame(index)
         if frame.image is None:
             raise InputError("these frames are masks already: there is nothing to tune")
@@ -257,9 +261,7 @@ class TuneSession:
             raise InputError("there is no object at this place: click on its curve")
         kept = strokes_along(frame.index, [one for one in result if one is not deleted]) if is_suggested else []
         on_it = [one for one in document.strokes if one.cable and one.frame == index and lies_on(one, deleted)]
-        strokes = [one for one in document.strokes if one not in on_it]
-        strokes += [*kept, *strokes_along(index, [deleted], cable=False)]
-        return msgspec.structs.replace(document, strokes=tuple(strokes), method=STROKES)
+        return on_it, [*kept, *strokes_along(index, [deleted], cable=False)]
 
     def _try_soon(self, viewer: Viewer, index: int, document: TuneDocument) -> None:
         """Try the guess for a frame, unless that was done, in the place of another one that is being tried."""
