@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 from threading import Thread
 
 import cv2
@@ -132,6 +133,26 @@ def test_an_error_of_the_source_is_told_to_the_page_and_to_the_command():
         assert client.text("state", lambda state: state["ended"])["error"] == "the disk is gone"
         with pytest.raises(SourceError, match="the disk is gone"):
             session.wait(5.0)
+
+
+def test_a_source_whose_name_is_no_utf8_is_shown():
+    class Named(CableSource):
+        def __init__(self):
+            super().__init__(3)
+            self.name = "kabel_\udce4.mp4"
+
+        def frame(self, index):
+            return replace(super().frame(index), name=f"{self.name}#{index}")
+
+        def __iter__(self):
+            yield from super().__iter__()
+            raise SourceError(f"{self.name}: the disk is gone")
+
+    with viewing(Named()) as (_, _, client):
+        assert client.text("state")["name"] == r"kabel_\xe4.mp4"
+        assert client.picture()[0]["name"].startswith(r"kabel_\xe4.mp4#")
+        ended = client.text("state", lambda state: state["ended"])
+        assert ended["error"] == r"kabel_\xe4.mp4: the disk is gone"
 
 
 def test_curves_in_metres_and_masks_without_an_image():

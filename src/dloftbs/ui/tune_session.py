@@ -204,11 +204,11 @@ class TuneSession:
         history, source = self._history, self._store.source
         return {
             "mode": "tune",
-            "name": readable(source.name),
+            "name": source.name,
             "live": self._store.live,
             "length": self._store.length,
             "fps": source.fps,
-            "target": None if self._target is None else readable(str(self._target)),
+            "target": None if self._target is None else str(self._target),
             "command": self._command_for(history.document),
             "can_undo": history.can_undo,
             "can_redo": history.can_redo,
@@ -353,7 +353,7 @@ class TuneSession:
         header = {
             **describe(result),
             "index": frame.index,
-            "name": readable(frame.name),
+            "name": frame.name,
             "has_depth": frame.depth is not None,
             "suggested": is_suggested,
             "offered": is_suggested and self._guesses.get((frame.index, document), False),
