@@ -36,8 +36,8 @@ def tuning(target=None, source=None, config=None):
 
 @contextmanager
 def viewing(source, fps=60.0):
-    make = lambda objects: Pipeline(hsv=HSV, objects=objects).process  # noqa: E731 - a new pipeline for each pass
-    session = ViewSession(source, make, source.name, length=source.length, live=source.live, fps=fps)
+    config = Config(segmentation=SegmentationConfig().with_hsv(HSV))
+    session = ViewSession(source, config, source.name, length=source.length, live=source.live, fps=fps)
     with serve(session, port=0) as address:
         yield session, address
 

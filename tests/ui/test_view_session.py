@@ -10,24 +10,19 @@ import numpy as np
 import pytest
 from ui.page_client import SIZE, CableSource, connected, wait_for
 
-from dloftbs import Frame, PinholeCamera, Pipeline
+from dloftbs import Config, Frame, PinholeCamera, Pipeline
+from dloftbs.config import SegmentationConfig
 from dloftbs.errors import SourceError
 from dloftbs.ui.server import serve
 from dloftbs.ui.view_session import ViewFeed, ViewSession
 
 HSV = "5:20,80:255,60:255"
+CONFIG = Config(segmentation=SegmentationConfig().with_hsv(HSV))
 
 
 @contextmanager
-def viewing(source, fps=200.0):
-    session = ViewSession(
-        source,
-        lambda objects: Pipeline(hsv=HSV, objects=objects).process,
-        source.name,
-        length=source.length,
-        live=source.live,
-        fps=fps,
-    )
+def viewing(source, fps=200.0, config=CONFIG):
+    session = ViewSession(source, config, source.name, length=source.length, live=source.live, fps=fps)
     with serve(session, port=0) as address, connected(address) as client:
         yield session, address, client
 
@@ -110,9 +105,7 @@ def test_a_camera_begins_by_itself_and_the_newest_frame_is_shown():
                 time.sleep(0.005)
                 yield frame
 
-    session = ViewSession(
-        Camera(60, live=True), lambda objects: Pipeline(hsv=HSV, objects=objects).process, "camera", live=True
-    )
+    session = ViewSession(Camera(60, live=True), CONFIG, "camera", live=True)
     with serve(session, port=0) as address:
         while session.wait(0.01):
             pass
@@ -121,6 +114,25 @@ def test_a_camera_begins_by_itself_and_the_newest_frame_is_shown():
             assert client.text("state")["ended"]
             client.send(type="restart")
             assert "no beginning" in client.text("error")["message"]
+
+
+def test_a_number_of_cables_that_cannot_be_is_an_error_of_that_browser_alone():
+    with viewing(CableSource(200), fps=50.0, config=CONFIG.replace({"linking.branched": True})) as (session, _, client):
+        client.picture()
+        client.send(type="objects", objects=2)
+        error = client.text("error")
+        assert (error["kind"], session.state()["objects"]) == ("ConfigError", None)
+        seen = client.picture()[0]["index"]
+        assert client.picture(lambda header: header["index"] > seen + 20)
+        assert session.wait(0.01)
+
+
+def test_the_number_of_cables_holds_from_the_next_frame_on():
+    with viewing(CableSource(200), fps=50.0) as (_, _, client):
+        client.picture()
+        client.send(type="objects", objects=1)
+        assert client.text("state", lambda state: state["objects"] == 1)
+        assert len(client.picture(lambda header: header["index"] > 30)[0]["curves"]) == 1
 
 
 def test_an_error_of_the_source_is_told_to_the_page_and_to_the_command():
