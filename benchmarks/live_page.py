@@ -48,13 +48,7 @@ def measure(seconds: float) -> tuple[list[float], list[float], float]:
     frames = list(sequence)
     config = Config(segmentation=SegmentationConfig(hsv=sequence.hsv))
     Pipeline(config).process(frames[0])  # loads the kernels
-    session = ViewSession(
-        frames,
-        lambda objects: Pipeline(config.replace({"linking.objects": objects})).process,
-        "HD",
-        length=len(frames),
-        fps=FPS,
-    )
+    session = ViewSession(frames, config, "HD", length=len(frames), fps=FPS)
     rates, delays = [], []
     with serve(session, port=0) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=CHROMIUM)

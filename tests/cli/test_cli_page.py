@@ -6,9 +6,14 @@ import re
 import shlex
 import signal
 import sys
+import time
+from contextlib import suppress
 from dataclasses import fields
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
 
 import click
+import cv2
 import pytest
 from cli.cli_inputs import photo, run, save, start
 from ui.page_client import Client
@@ -18,6 +23,7 @@ from dloftbs.cli.commands.track import track
 from dloftbs.cli.commands.tune import tune
 from dloftbs.cli.input_options import InputOptions
 from dloftbs.cli.page import source_arguments
+from dloftbs.config import SegmentationConfig
 from dloftbs.ui.server import Address
 
 RED = "170:10,80:255,60:255"
@@ -52,6 +58,49 @@ def test_view_shows_and_ctrl_c_ends_it(folder):
         assert re.search(r"ssh -L (\d+):127.0.0.1:\1 \S+@\S+", told)
     finally:
         client.close()
+
+
+class _Stream(BaseHTTPRequestHandler):
+    """Pictures one after the other, as cameras in a network serve them."""
+
+    def do_GET(self):
+        self.send_response(200)
+        self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=next")
+        self.end_headers()
+        data = cv2.imencode(".jpg", photo(40))[1].tobytes()
+        with suppress(ConnectionError):
+            while True:
+                self.wfile.write(b"--next\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(data))
+                self.wfile.write(data + b"\r\n")
+                time.sleep(0.02)
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture
+def stream():
+    """Return the address of a stream over HTTP."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), _Stream) as server:
+        server.daemon_threads = True
+        Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/video.mjpg"
+        server.shutdown()
+
+
+@pytest.mark.parametrize("command", ["view", "tune"])
+def test_a_stream_over_http_is_read_once(stream, command):
+    process = start(command, stream, "--hsv", RED, "--port", 0, "--no-browser")
+    client, _ = opened(process)
+    try:
+        assert client.text("state")["live"]
+        assert client.picture()[0]["curves"]
+        assert client.picture(lambda header: header["index"] > 20)[0]["curves"]
+    finally:
+        client.close()
+        process.send_signal(signal.SIGINT)
+        _, messages = process.communicate(timeout=20)
+    assert process.returncode == 0, messages
 
 
 def test_track_waits_for_the_page_and_writes_what_it_writes_without(folder, tmp_path):
@@ -105,6 +154,23 @@ def test_options_change_what_a_file_that_is_there_says(folder, tmp_path):
         process.communicate(timeout=20)
     saved = Config.from_file(target)
     assert (saved.cleaning.open_px, saved.cleaning.close_px, saved.linking.objects) == (5, 7, 1)
+
+
+def test_a_named_colour_replaces_the_strokes_of_a_file_that_is_there(folder, tmp_path):
+    target = tmp_path / "cable.yaml"
+    run("colour", folder / "0.png", "--at", "30,40:170,40", "--out", target)
+    assert Config.from_file(target).segmentation.colour is not None
+    process = start("tune", folder, "--out", target, "--hsv", RED, "--port", 0, "--no-browser")
+    client, _ = opened(process)
+    try:
+        assert client.text("state")["method"] == "ranges"
+        client.send(type="save")
+        client.text("saved")
+    finally:
+        client.close()
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+    assert Config.from_file(target).segmentation == SegmentationConfig().with_hsv(RED)
 
 
 @pytest.mark.parametrize(

@@ -199,6 +199,7 @@ def test_camera(fake, where):
     assert [(frame.index, frame.name) for frame in frames] == [(0, "camera 0#0"), (1, "camera 0#1")]
     assert 0.0 <= frames[0].stamp <= frames[1].stamp <= time.monotonic() - before
     assert opened[0].released
+    assert source.single_pass
     with pytest.raises(SourceError, match="only once"):
         iter(source)
 

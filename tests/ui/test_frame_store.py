@@ -89,6 +89,33 @@ def test_of_a_camera_the_newest_frame_is_had_and_what_was_kept(opened):
     assert store.frame(5).index == 5
 
 
+def test_a_camera_s_frame_that_is_drawn_on_stays(opened):
+    store = opened(CableSource(40, live=True), 4 * FRAME_BYTES)
+    all_samples(store)
+    store.keep(CableSource().frame(5))
+    store.pin(5)
+    for index in range(6, 30):
+        store.keep(CableSource().frame(index))
+    assert store.frame(5).index == 5
+    with pytest.raises(SourceError, match=r"cable\.mp4: frame 7 is no longer kept"):
+        store.pin(7)
+    opened(CableSource(4), started=False).pin(400)  # of a recording it is read again
+
+
+def test_a_source_that_can_be_read_only_once_is_kept_as_a_camera(opened):
+    class Once(CableSource):
+        single_pass = True
+
+        def __iter__(self):
+            assert self.passes == 0
+            return super().__iter__()
+
+    store = opened(Once(12, known_length=False), 4 * FRAME_BYTES)
+    all_samples(store)
+    assert (store.live, store.length) == (True, 12)
+    assert [store.frame(index).index for index in (None, 0, 8)] == [11, 0, 8]
+
+
 def test_nobody_waits_for_a_silent_camera_once_it_is_to_end(opened):
     store = opened(CableSource(12, live=True), started=False)
     failed = []

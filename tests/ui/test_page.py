@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import contextmanager
+from threading import Event
 
 import pytest
 from ui.page_client import SIZE, CableSource, wait_for
 from ui.test_tune_session import along
 
 from dloftbs import Config, Pipeline
+from dloftbs.config import SegmentationConfig, Stroke
+from dloftbs.segmentation import ColourModel
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.server import serve
 from dloftbs.ui.tune_session import TuneSession
@@ -23,16 +27,17 @@ def one_worker(chromium):
 
 
 @contextmanager
-def tuning(target=None, source=None):
+def tuning(target=None, source=None, config=None):
     command = "dloftbs track cable.mp4 --config cable.yaml"
-    with serve(TuneSession(FrameStore(source or CableSource(12)), Config(), target, command), port=0) as address:
+    session = TuneSession(FrameStore(source or CableSource(12)), config or Config(), target, command)
+    with serve(session, port=0) as address:
         yield address
 
 
 @contextmanager
 def viewing(source, fps=60.0):
-    make = lambda objects: Pipeline(hsv=HSV, objects=objects).process  # noqa: E731 - a new pipeline for each pass
-    session = ViewSession(source, make, source.name, length=source.length, live=source.live, fps=fps)
+    config = Config(segmentation=SegmentationConfig().with_hsv(HSV))
+    session = ViewSession(source, config, source.name, length=source.length, live=source.live, fps=fps)
     with serve(session, port=0) as address:
         yield session, address
 
@@ -183,6 +188,85 @@ def test_two_browsers_see_the_same_strokes(open_page):
         wait_for_text(one, "#stroke-count", "2 strokes")
 
 
+def test_strokes_on_other_pictures_are_told_and_can_be_cleared(open_page):
+    model = ColourModel.fit(CableSource().frame(0).image, [Stroke(points=along())], source="other.mp4, frame 0")
+    config = Config(segmentation=SegmentationConfig(colour=model.to_config()))
+    with tuning(config=config) as address:
+        page = open_page(address)
+        wait_for_text(page, "#stroke-count", "strokes on other pictures")
+        page.click("#clear")
+        wait_for_text(page, "#stroke-count", "No strokes yet")
+
+
+def saved_text(page):
+    page.click("#save")
+    page.locator("#text", has_text="sample").wait_for(state="attached")
+    return page.locator("#text").text_content()
+
+
+def test_a_stroke_belongs_to_the_frame_that_is_shown_while_the_next_is_on_its_way(open_page):
+    reached, go_on = Event(), Event()
+
+    class Slow(CableSource):
+        def frame(self, index):
+            if index == 1:
+                reached.set()
+                go_on.wait(20.0)
+            return super().frame(index)
+
+    with tuning(source=Slow(12)) as address:
+        page = open_page(address)
+        wait_for_text(page, "#hint", "Draw along a cable")
+        assert reached.wait(20.0)
+        page.keyboard.press("ArrowRight")
+        drag(page, along())
+        go_on.set()
+        wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
+        assert "source: cable.mp4, frame 0" in saved_text(page)
+        wait_for_text(page, "#position", "1 / 12")
+
+
+def test_drawing_stops_the_playback(open_page):
+    with tuning(source=CableSource(400)) as address:
+        page = open_page(address)
+        wait_for_text(page, "#hint", "Draw along a cable")
+        page.keyboard.press("Space")
+        page.locator("#position", has_not_text=re.compile("^1 /")).wait_for()
+        first, *rest = on_screen(page, along())
+        page.mouse.move(*first)
+        page.mouse.down()
+        held = text_of(page, "#position")
+        for place in rest:
+            page.mouse.move(*place)
+            page.wait_for_timeout(40)
+        page.mouse.up()
+        wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
+        assert f"source: cable.mp4, frame {int(held.split()[0]) - 1}\n" in saved_text(page)
+        assert text_of(page, "#position") == held
+
+
+def test_drawing_on_a_camera_holds_the_frame_that_is_shown(open_page):
+    go_on = Event()
+
+    class Camera(CableSource):
+        def frame(self, index):
+            if index == 3:
+                go_on.wait(20.0)
+            return super().frame(index)
+
+    with tuning(source=Camera(12, live=True)) as address:
+        page = open_page(address)
+        wait_for_text(page, "#position", "3 /")
+        drag(page, along(0.06), lift=False)
+        page.locator("#live[aria-pressed=false]").wait_for()
+        go_on.set()
+        page.wait_for_timeout(500)
+        page.mouse.up()
+        wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
+        assert "source: cable.mp4, frame 2" in saved_text(page)
+        wait_for_text(page, "#position", "3 /")
+
+
 def test_a_finger_draws_on_a_phone(open_page):
     with tuning() as address:
         page = open_page(address, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
@@ -195,6 +279,27 @@ def test_a_finger_draws_on_a_phone(open_page):
             touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [place]})
         touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
         wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
+
+
+@pytest.mark.parametrize("cancelled", [False, True])
+def test_a_second_finger_takes_back_what_the_first_began(open_page, cancelled):
+    with tuning() as address:
+        page = open_page(address, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+        page.locator("#accept").wait_for()
+        touch = page.context.new_cdp_session(page)
+        places = [{"x": x, "y": y, "id": 0} for x, y in on_screen(page, along())]
+        touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": places[:1]})
+        for place in places[1:]:
+            touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [place]})
+        page.locator("#accept").wait_for(state="hidden")  # the mask is the draft's
+        if cancelled:
+            touch.send("Input.dispatchTouchEvent", {"type": "touchCancel", "touchPoints": []})
+        else:
+            both = [places[-1], {**places[0], "id": 1}]
+            touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": both})
+            touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        page.locator("#accept").wait_for()
+        assert text_of(page, "#stroke-count") == "No strokes yet."
 
 
 def test_a_recording_that_ends_can_be_stepped_looped_and_begun_again(open_page):
@@ -215,6 +320,20 @@ def test_a_recording_that_ends_can_be_stepped_looped_and_begun_again(open_page):
         page.locator("#hint").wait_for(state="hidden")
         page.close()
         wait_for(lambda: len(session.audience) == 0)
+
+
+def test_play_at_the_end_begins_anew_and_goes_on(open_page):
+    with viewing(CableSource(6), fps=20.0) as (_, address):
+        page = open_page(address)
+        wait_for_text(page, "#hint", "The source has ended")
+        page.click("#restart")
+        page.locator("#hint").wait_for(state="hidden")
+        for _ in range(7):  # steps, after which it holds
+            page.click("#next")
+        wait_for_text(page, "#hint", "The source has ended")
+        page.click("#play")
+        page.locator("#hint").wait_for(state="hidden")
+        wait_for_text(page, "#hint", "The source has ended")
 
 
 def test_a_slow_browser_sees_the_newest_frame_and_holds_nobody_up(open_page):

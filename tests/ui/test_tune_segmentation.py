@@ -1,3 +1,4 @@
+import msgspec
 import numpy as np
 import pytest
 from drawings import draw_cable, wave
@@ -13,13 +14,13 @@ CABLE = DrawnStroke(2, ((90.0, 60.0), (110.0, 60.0)), True, 2.0)
 GROUND = DrawnStroke(3, ((5.0, 5.0), (60.0, 5.0)), False, 2.0)
 
 
-def translator(section=SegmentationConfig(), name="cable.mp4", looked_at=None):  # noqa: B008 - frozen
+def translator(section=SegmentationConfig(), name="cable.mp4", looked_at=None, **options):  # noqa: B008 - frozen
     def frame_of(index):
         if looked_at is not None:
             looked_at.append(index)
         return CableSource().frame(index)
 
-    return Translator(name, frame_of, section)
+    return Translator(name, frame_of, section, **options)
 
 
 @pytest.mark.parametrize(
@@ -31,12 +32,25 @@ def translator(section=SegmentationConfig(), name="cable.mp4", looked_at=None): 
         SegmentationConfig(onnx=NetworkConfig(file="net.onnx")),
         SegmentationConfig(local="darker"),
         SegmentationConfig(background="empty.png", hsv=(HsvRange.parse("170:10"),)),
+        SegmentationConfig(mask_is="binary"),
     ],
 )
 def test_a_section_comes_back_as_it_was(section):
     there = translator(section)
     assert there.section_of(there.first) == section
     assert there.first.is_empty == (not section.is_given)
+
+
+def test_what_the_page_does_not_change_of_a_colour_is_kept():
+    section = translator().section_of(TuneDocument(strokes=(CABLE,)))
+    red, green = HsvRange.parse("170:10"), HsvRange.parse("40:80")
+    colour = msgspec.structs.replace(section.colour, follow_light=False)
+    section = msgspec.structs.replace(section, colour=colour, hsv=(red,))
+    there = translator(section)
+    assert (there.first.method, there.first.ranges, there.first.kept) == ("strokes", (), True)
+    assert there.section_of(there.first) == section
+    ranges = msgspec.structs.replace(there.first, method="ranges", ranges=((40, 80, 40, 255, 40, 255),))
+    assert there.section_of(ranges) == SegmentationConfig(hsv=(red, green))
 
 
 def test_strokes_come_back_with_their_frames_and_the_same_colours():
@@ -57,6 +71,46 @@ def test_frames_whose_strokes_stay_are_not_looked_at_again():
     there.section_of(TuneDocument(strokes=(CABLE,)))
     there.section_of(TuneDocument(strokes=(CABLE, GROUND)))
     assert looked_at == [2, 3]
+
+
+@pytest.mark.parametrize("roi", [None, (20, 10, 150, 100)])
+def test_stored_colours_stay_until_the_strokes_of_their_frame_change(roi):
+    section = translator().section_of(TuneDocument(strokes=(CABLE,), roi=roi))
+    looked_at = []
+    there = translator(section, looked_at=looked_at, roi=roi)
+    first = msgspec.structs.replace(there.first, roi=roi)
+    assert there.section_of(first) == section
+    (stored, _) = there.section_of(first.with_stroke(GROUND)).colour.pictures
+    assert stored == section.colour.pictures[0]
+    assert looked_at == [3]
+    there.section_of(first.with_stroke(msgspec.structs.replace(CABLE, cable=False)))
+    assert looked_at == [3, 2]
+    assert there.section_of(first) == section  # undone
+
+
+def test_a_draft_beside_stored_strokes_looks_at_its_own_frame_alone():
+    section = translator().section_of(TuneDocument(strokes=(CABLE,)))
+    looked_at = []
+    there = translator(section, looked_at=looked_at)
+    draft = there.draft_of(there.first.with_stroke(GROUND))
+    assert looked_at == [3]
+    assert draft(CableSource().frame(2)).sum() > 500
+
+
+def test_stored_strokes_on_a_camera_are_on_pictures_that_are_gone():
+    section = translator(name="camera 0").section_of(TuneDocument(strokes=(CABLE,)))
+    there = translator(section, "camera 0", live=True)
+    assert (there.first.strokes, there.first.others) == ((), section.colour.pictures)
+    assert there.section_of(there.first) == section
+
+
+def test_of_two_pictures_of_one_frame_both_are_kept():
+    section = translator().section_of(TuneDocument(strokes=(CABLE,)))
+    colour = msgspec.structs.replace(section.colour, pictures=2 * section.colour.pictures)
+    twice = msgspec.structs.replace(section, colour=colour)
+    there = translator(twice)
+    assert (len(there.first.strokes), len(there.first.others)) == (1, 1)
+    assert there.section_of(there.first) == twice
 
 
 def test_parts_beside_the_image_are_left_out():

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import time
 from contextlib import contextmanager
+from threading import Event
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from ui.page_client import SIZE, CableSource, cable_mask, connected, mask_of
 from dloftbs import Config, Frame, HsvRange, PinholeCamera, Pipeline
 from dloftbs.config import SegmentationConfig
 from dloftbs.errors import ConfigError
+from dloftbs.ui import tune_session
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.server import serve
 from dloftbs.ui.tune_document import DrawnStroke, TuneDocument
@@ -61,6 +64,24 @@ def test_a_stroke_makes_the_mask_while_it_is_drawn_and_undo_takes_it_back():
         assert overlap(client.picture(lambda header: not header["suggested"])[1], 0) > 0.8
         client.send(type="clear")
         assert client.picture(lambda header: header["suggested"])
+
+
+@pytest.mark.parametrize("message", [{"type": "seek", "index": 0}, {"type": "undo"}, {"type": "redo"}])
+def test_a_draft_ends_with_what_follows(message):
+    with tuning() as (client, _):
+        draw(client, done=False)
+        client.picture(lambda header: not header["suggested"])
+        client.send(**message)
+        assert client.picture(lambda header: header["suggested"])
+
+
+def test_a_draft_ends_with_the_guess():
+    with tuning() as (client, _):
+        draw(client, done=False, points=[[5, 5], [60, 5]])
+        assert overlap(client.picture(lambda header: not header["suggested"])[1], 0) < 0.5
+        client.send(type="accept", frame=0)
+        while overlap(client.picture()[1], 0) < 0.8:
+            pass
 
 
 def test_frames_can_be_looked_at_in_any_order():
@@ -118,6 +139,25 @@ def test_tuning_goes_on_where_it_was_saved(tmp_path):
         state = client.text("state")
         assert (state["strokes"], state["others"]) == ([], 2)
         assert not client.picture()[0]["suggested"]
+        client.send(type="save")
+        assert Config.from_yaml(client.text("saved")["text"]).segmentation == config.segmentation
+
+
+@pytest.mark.parametrize("live", [False, True])
+def test_saved_colours_are_kept_on_another_video_of_the_same_name(tmp_path, live):
+    with tuning(target=tmp_path / "a.yaml") as (client, _):
+        draw(client)
+        client.send(type="save")
+        client.text("saved")
+
+    class Other(CableSource):
+        def frame(self, index):
+            return Frame(image=np.full((*SIZE, 3), 200, np.uint8), index=index)
+
+    config = Config.from_file(tmp_path / "a.yaml")
+    with tuning(Other(12, live=live), config=config) as (client, _):
+        state = client.text("state")
+        assert (len(state["strokes"]), state["others"]) == ((0, 1) if live else (1, 0))
         client.send(type="save")
         assert Config.from_yaml(client.text("saved")["text"]).segmentation == config.segmentation
 
@@ -222,6 +262,39 @@ def test_a_camera_is_followed_until_somebody_looks_at_a_frame():
         assert client.picture(lambda header: not header["suggested"])[0]["index"] == 3
         client.send(type="seek", index=None)
         assert client.picture(lambda header: header["index"] == 29)
+
+
+def test_strokes_on_a_camera_stay_on_the_picture_they_were_drawn_on():
+    go_on = Event()
+
+    class Camera(CableSource):
+        def frame(self, index):
+            if index == 2:
+                go_on.wait(20.0)
+            time.sleep(0.02)
+            if index > 1:
+                return Frame(image=np.full((*SIZE, 3), 200, np.uint8), index=index)
+            return super().frame(index)
+
+    store = FrameStore(Camera(80, live=True), budget_bytes=4 * 3 * SIZE[0] * SIZE[1])
+    session = TuneSession(store, Config(), None, COMMAND)
+    with serve(session, port=0) as address, connected(address) as client:
+        client.picture(lambda header: header["index"] == 1)
+        draw(client, 1)
+        client.send(type="save")
+        text = client.text("saved")["text"]
+        go_on.set()
+        client.picture(lambda header: header["index"] == 79)
+        client.send(type="seek", index=1)
+        client.picture(lambda header: header["index"] == 1)
+        client.send(type="accept", frame=41)
+        assert "frame 41 is no longer kept" in client.text("error")["message"]
+        client.send(type="region", box=[0, 0, SIZE[1], SIZE[0]])  # has the colours counted anew
+        client.text("state", lambda state: state["roi"])
+        client.send(type="save")
+        again = client.text("saved")["text"]
+    one, other = (Config.from_yaml(each).segmentation for each in (text, again))
+    assert one == other
 
 
 def test_masks_have_nothing_to_tune():
@@ -382,9 +455,65 @@ def test_a_deleted_object_is_drawn_on_as_no_cable_and_undo_brings_it_back():
         assert "no object at this place" in client.text("error")["message"]
 
 
+def test_a_stroke_that_is_drawn_while_an_object_is_deleted_stays(monkeypatch):
+    entered, go_on, find = Event(), Event(), tune_session.object_at
+
+    def slow(*args):
+        entered.set()
+        go_on.wait(20.0)
+        return find(*args)
+
+    monkeypatch.setattr(tune_session, "object_at", slow)
+    with tuning(TwoCables(3)) as (client, _):
+        client.picture(lambda header: header["suggested"] and len(header["curves"]) == 2)
+        client.send(type="delete", frame=0, point=[60, SIZE[0] - 10])
+        assert entered.wait(20.0)
+        draw(client, points=[[5, 5], [60, 5]], cable=False)
+        client.text("state", lambda state: state["strokes"])
+        go_on.set()
+        strokes = client.text("state", lambda state: len(state["strokes"]) > 1)["strokes"]
+        assert strokes[0]["points"] == [[5, 5], [60, 5]]
+        assert any(stroke["cable"] for stroke in strokes)
+
+
 def test_a_guess_is_offered_once_it_holds_on_frames_all_over_the_video():
     with tuning() as (client, _):
         assert client.picture(lambda header: header["offered"])[0]["suggested"]
+
+
+@pytest.fixture
+def guessed(monkeypatch):
+    """Return the frames whose guesses were tried, in order."""
+    indices, guess = [], TuneSession._guess
+    monkeypatch.setattr(TuneSession, "_guess", lambda self, index: indices.append(index) or guess(self, index))
+    return indices
+
+
+def test_of_the_frames_that_are_passed_the_guess_of_the_last_alone_is_tried(guessed):
+    go_on = Event()
+
+    class Slow(CableSource):
+        def __iter__(self):
+            yield from super().__iter__()
+            go_on.wait(20.0)
+
+    with tuning(Slow(12)) as (client, _):
+        for index in (0, 5, 3, 7):
+            client.send(type="seek", index=index)
+            client.picture(lambda header, index=index: header["index"] == index)
+        go_on.set()
+        client.picture(lambda header: header["offered"])
+        assert guessed == [7]
+        client.send(type="seek", index=3)
+        client.picture(lambda header: header["offered"] and header["index"] == 3)
+        assert guessed == [7, 3]
+
+
+def test_no_guess_is_tried_on_a_camera(guessed):
+    with tuning(CableSource(30, live=True)) as (client, _):
+        for _ in range(5):
+            client.picture(lambda header: header["index"] == 29 and header["curves"])
+        assert guessed == []
 
 
 class GroundLater(CableSource):

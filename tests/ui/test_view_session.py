@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 from threading import Thread
 
 import cv2
@@ -9,24 +10,19 @@ import numpy as np
 import pytest
 from ui.page_client import SIZE, CableSource, connected, wait_for
 
-from dloftbs import Frame, PinholeCamera, Pipeline
+from dloftbs import Config, Frame, PinholeCamera, Pipeline
+from dloftbs.config import SegmentationConfig
 from dloftbs.errors import SourceError
 from dloftbs.ui.server import serve
 from dloftbs.ui.view_session import ViewFeed, ViewSession
 
 HSV = "5:20,80:255,60:255"
+CONFIG = Config(segmentation=SegmentationConfig().with_hsv(HSV))
 
 
 @contextmanager
-def viewing(source, fps=200.0):
-    session = ViewSession(
-        source,
-        lambda objects: Pipeline(hsv=HSV, objects=objects).process,
-        source.name,
-        length=source.length,
-        live=source.live,
-        fps=fps,
-    )
+def viewing(source, fps=200.0, config=CONFIG):
+    session = ViewSession(source, config, source.name, length=source.length, live=source.live, fps=fps)
     with serve(session, port=0) as address, connected(address) as client:
         yield session, address, client
 
@@ -69,6 +65,14 @@ def test_pause_step_restart_and_loop():
         client.text("state", lambda state: state["ended"])
 
 
+def test_a_recording_that_begins_anew_has_not_ended():
+    with viewing(CableSource(8)) as (_, _, client):
+        client.text("state", lambda state: state["ended"])
+        client.send(type="pause", paused=True)
+        client.send(type="restart")
+        assert client.text("state", lambda state: not state["ended"])["paused"]
+
+
 def test_a_viewer_that_does_not_acknowledge_gets_nothing_more_and_holds_nobody_up():
     with viewing(CableSource(40)) as (_, address, slow), connected(address) as fast:
         first, _ = slow.picture(ack=False)
@@ -101,9 +105,7 @@ def test_a_camera_begins_by_itself_and_the_newest_frame_is_shown():
                 time.sleep(0.005)
                 yield frame
 
-    session = ViewSession(
-        Camera(60, live=True), lambda objects: Pipeline(hsv=HSV, objects=objects).process, "camera", live=True
-    )
+    session = ViewSession(Camera(60, live=True), CONFIG, "camera", live=True)
     with serve(session, port=0) as address:
         while session.wait(0.01):
             pass
@@ -112,6 +114,25 @@ def test_a_camera_begins_by_itself_and_the_newest_frame_is_shown():
             assert client.text("state")["ended"]
             client.send(type="restart")
             assert "no beginning" in client.text("error")["message"]
+
+
+def test_a_number_of_cables_that_cannot_be_is_an_error_of_that_browser_alone():
+    with viewing(CableSource(200), fps=50.0, config=CONFIG.replace({"linking.branched": True})) as (session, _, client):
+        client.picture()
+        client.send(type="objects", objects=2)
+        error = client.text("error")
+        assert (error["kind"], session.state()["objects"]) == ("ConfigError", None)
+        seen = client.picture()[0]["index"]
+        assert client.picture(lambda header: header["index"] > seen + 20)
+        assert session.wait(0.01)
+
+
+def test_the_number_of_cables_holds_from_the_next_frame_on():
+    with viewing(CableSource(200), fps=50.0) as (_, _, client):
+        client.picture()
+        client.send(type="objects", objects=1)
+        assert client.text("state", lambda state: state["objects"] == 1)
+        assert len(client.picture(lambda header: header["index"] > 30)[0]["curves"]) == 1
 
 
 def test_an_error_of_the_source_is_told_to_the_page_and_to_the_command():
@@ -124,6 +145,26 @@ def test_an_error_of_the_source_is_told_to_the_page_and_to_the_command():
         assert client.text("state", lambda state: state["ended"])["error"] == "the disk is gone"
         with pytest.raises(SourceError, match="the disk is gone"):
             session.wait(5.0)
+
+
+def test_a_source_whose_name_is_no_utf8_is_shown():
+    class Named(CableSource):
+        def __init__(self):
+            super().__init__(3)
+            self.name = "kabel_\udce4.mp4"
+
+        def frame(self, index):
+            return replace(super().frame(index), name=f"{self.name}#{index}")
+
+        def __iter__(self):
+            yield from super().__iter__()
+            raise SourceError(f"{self.name}: the disk is gone")
+
+    with viewing(Named()) as (_, _, client):
+        assert client.text("state")["name"] == r"kabel_\xe4.mp4"
+        assert client.picture()[0]["name"].startswith(r"kabel_\xe4.mp4#")
+        ended = client.text("state", lambda state: state["ended"])
+        assert ended["error"] == r"kabel_\xe4.mp4: the disk is gone"
 
 
 def test_curves_in_metres_and_masks_without_an_image():

@@ -1,3 +1,5 @@
+import json
+
 import cv2
 import numpy as np
 import pytest
@@ -27,6 +29,19 @@ def test_a_picture_comes_apart_again():
 
 def test_a_text_may_have_a_field_named_kind():
     assert encode_text("error", kind="InputError") == '{"type":"error","kind":"InputError"}'
+
+
+def test_a_name_that_is_no_utf8_is_sent_as_readable_text():
+    name = "kabel_\udce4.mp4"
+    sent = json.loads(encode_text("state", name=name, warnings=[f"{name}: the mask is empty"], length=None))
+    assert sent == {
+        "type": "state",
+        "name": r"kabel_\xe4.mp4",
+        "warnings": [r"kabel_\xe4.mp4: the mask is empty"],
+        "length": None,
+    }
+    header, _ = split_picture(encode_picture({"name": name, "curves": [{"points": [1.0, 2.0]}]}, {}))
+    assert header == {"name": r"kabel_\xe4.mp4", "curves": [{"points": [1.0, 2.0]}], "parts": []}
 
 
 @pytest.mark.parametrize(("size", "sent"), [((90, 160), (90, 160)), ((200, 3840), (100, LONGEST_SIDE_PX))])

@@ -114,7 +114,9 @@ def require_page() -> None:
 
 
 def check_colour(source: Source, config: Config, inputs: InputOptions, where: Sequence[str]) -> None:
-    """Raise where frames of a recording are colour images and nothing says what in them is cable.
+    """Raise where the first frame of a recording is a colour image and nothing says what in it is cable.
+
+    The frame of a source that can be read only once is not looked at, since it would be lost.
 
     Raises
     ------
@@ -123,7 +125,7 @@ def check_colour(source: Source, config: Config, inputs: InputOptions, where: Se
     """
     from dloftbs.cli.frames import UsableFrames
 
-    if not source.live:
+    if not (source.live or source.single_pass):
         next(iter(UsableFrames(source, config, inputs, where)), None)
 
 

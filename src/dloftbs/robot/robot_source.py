@@ -49,7 +49,7 @@ class RobotSource(Source):
         self._source, self._robot, self._joints = source, robot, joints
         self.name, self.fps, self.length = source.name, source.fps, source.length
         self.length_is_estimate = source.length_is_estimate
-        self.has_depth, self.live = source.has_depth, source.live
+        self.has_depth, self.live, self.single_pass = source.has_depth, source.live, source.single_pass
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames."""

@@ -39,6 +39,8 @@ class Source(ABC):
         Whether the source brings depth of its own.
     live : bool
         Whether frames come at their own pace: who is too slow does better to leave some out than to fall behind.
+    single_pass : bool
+        Whether it can be iterated over only once, as a camera or an address.
     """
 
     name: str
@@ -48,6 +50,7 @@ class Source(ABC):
     skipped: int = 0
     has_depth: bool = False
     live: bool = False
+    single_pass: bool = False
     _closed: bool = False
 
     @property

@@ -170,6 +170,8 @@ class LiveSource(_PictureSource):
         If OpenCV cannot open it.
     """
 
+    single_pass = True
+
     def __init__(self, where: int | str, *, kind: Kind = "auto", camera: PinholeCamera | None = None) -> None:
         import cv2
 

@@ -5,7 +5,7 @@ browser asks no other host.
 
 `TuneSession` and `ViewSession` hold what a page shows; `serve` gives it a server in a thread of its own::
 
-    with serve(ViewSession(frames, lambda objects: Pipeline(objects=objects).process, "name")) as address:
+    with serve(ViewSession(frames, Config(), "name")) as address:
         ...
 
 Importing this room needs the extra; `dloftbs` itself never does.

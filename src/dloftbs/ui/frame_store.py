@@ -33,15 +33,22 @@ class FrameStore:
     source : Source
         Closed with the store.
     budget_bytes : int
+
+    Attributes
+    ----------
+    live : bool
+        Whether it is as with a camera: also where a source can be read only once.
     """
 
     def __init__(self, source: Source, budget_bytes: int = BUDGET_BYTES) -> None:
         self.source = source
+        self.live = source.live or source.single_pass
         self._budget = budget_bytes
         self._samples: list[Frame] = []
         self._every = 1
         self._newest: Frame | None = None
         self._kept: OrderedDict[int, Frame] = OrderedDict()
+        self._pinned: dict[int, Frame] = {}
         self._reader: Iterator[Frame] | None = None
         self._next = 0
         self._at_source = Lock()  # a file has one place at which it is read
@@ -72,7 +79,7 @@ class FrameStore:
     @property
     def length(self) -> int | None:
         """Number of frames; None while it is not known."""
-        if self._ended or self.source.live:
+        if self._ended or self.live:
             return self._last + 1
         return self.source.length
 
@@ -101,7 +108,7 @@ class FrameStore:
         SourceError
             If nothing can be read there.
         """
-        if self.source.live:
+        if self.live:
             return self._live_frame(index)
         return self._recorded_frame(index or 0)
 
@@ -112,8 +119,28 @@ class FrameStore:
                 raise self._error or SourceError(f"{self.source.name}: no frame could be read")
             if index is None:
                 return self._newest
-            known = [*self._samples, *self._kept.values(), self._newest]
-            return min(known, key=lambda frame: abs(frame.index - index))
+            return min(self._known(), key=lambda frame: abs(frame.index - index))
+
+    def _known(self) -> list[Frame]:
+        newest = () if self._newest is None else (self._newest,)
+        return [*self._pinned.values(), *self._kept.values(), *self._samples, *newest]
+
+    def pin(self, index: int) -> None:
+        """Keep a camera's frame that somebody draws on, whatever the budget: its colours are counted again and again.
+
+        Raises
+        ------
+        SourceError
+            If it is no longer kept.
+        """
+        if not self.live:
+            return
+        with self._changed:
+            found = next((frame for frame in self._known() if frame.index == index), None)
+            if found is None:
+                name = self.source.name
+                raise SourceError(f"{name}: frame {index} is no longer kept; draw on the frame that is shown")
+            self._pinned[index] = found
 
     def keep(self, frame: Frame) -> None:
         """Keep a frame that somebody looks at."""

@@ -42,7 +42,7 @@ class Ack(Message, frozen=True, tag="ack"):
 
 
 class Seek(Message, frozen=True, tag="seek"):
-    """Show another frame; None is the newest one of a camera."""
+    """Show a frame, and no draft any more; None is the newest one of a camera."""
 
     index: Index | None
 

@@ -57,7 +57,8 @@ class TuneDocument(msgspec.Struct, frozen=True):
     others: tuple[ColourPicture, ...] = ()
     """Strokes on pictures of other sources."""
     kept: bool = False
-    """True if what the page does not change says what is cable, too: a network, a local mask, a background."""
+    """True if what the page does not change says what is cable, too: a network, a local mask, a background, ranges
+    beside strokes."""
     objects: int | None = None
     """Number of cables; None where it is unknown."""
     roi: Roi | None = None

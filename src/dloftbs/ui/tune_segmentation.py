@@ -43,30 +43,50 @@ class Translator:
     frame_of : callable
         From an index to the frame.
     section : SegmentationConfig
-        To begin with: its network, local mask and background, and the strokes on other pictures are kept.
+        To begin with. What the page does not change is kept: a network, a local mask, a background, strokes on other
+        pictures, ranges beside strokes, and how masks are read.
+    roi : Roi, optional
+        Region of interest in which the section's colours were counted.
+    live : bool
+        Whether the frames of earlier runs are gone: then all strokes of the section are on other pictures.
     """
 
-    def __init__(self, name: str, frame_of: Callable[[int], Frame], section: SegmentationConfig) -> None:
-        self._name, self._frame_of = readable(name), frame_of
-        self._kept = SegmentationConfig(onnx=section.onnx, local=section.local, background=section.background)
-        self.first = self._document_of(section)
+    def __init__(
+        self,
+        name: str,
+        frame_of: Callable[[int], Frame],
+        section: SegmentationConfig,
+        roi: Roi | None = None,
+        *,
+        live: bool = False,
+    ) -> None:
+        self._name, self._frame_of, self._live = readable(name), frame_of, live
+        beside_strokes = section.hsv if section.colour is not None else ()
+        self._kept = msgspec.structs.replace(section, hsv=beside_strokes, colour=None, plane=None)
+        self._follows_light = section.colour is None or section.colour.follow_light
+        self._stored: dict[tuple[tuple[DrawnStroke, ...], Roi | None], ColourPicture] = {}
         self._pictures: dict[tuple[tuple[DrawnStroke, ...], Roi | None], ColourPicture] = {}
         self._drafts: dict[tuple[DrawnStroke, ...], ColourPicture] = {}
+        self.first = self._document_of(section, roi)
 
-    def _document_of(self, section: SegmentationConfig) -> TuneDocument:
-        strokes: list[DrawnStroke] = []
+    def _document_of(self, section: SegmentationConfig, roi: Roi | None) -> TuneDocument:
+        drawn: dict[int, tuple[DrawnStroke, ...]] = {}
         others: list[ColourPicture] = []
         for picture in () if section.colour is None else section.colour.pictures:
             index = self._index_in(picture.source)
-            if index is None:
+            if index is None or index in drawn:
                 others.append(picture)
             else:
-                strokes += [DrawnStroke(index, one.points, one.cable, one.radius_px) for one in picture.strokes]
-        ranges = tuple((*box.hue, *box.saturation, *box.value) for box in section.hsv)
+                strokes = tuple(DrawnStroke(index, one.points, one.cable, one.radius_px) for one in picture.strokes)
+                drawn[index] = strokes
+                # The frame of this name may be another one by now: a relative path is the same in many folders.
+                self._stored[strokes, roi] = picture
+        shown = section.hsv if section.colour is None else ()
+        ranges = tuple((*box.hue, *box.saturation, *box.value) for box in shown)
         plane = section.plane
         return TuneDocument(
-            method=RANGES if ranges and section.colour is None else STROKES,
-            strokes=tuple(strokes),
+            method=RANGES if ranges else STROKES,
+            strokes=tuple(stroke for group in drawn.values() for stroke in group),
             ranges=ranges,
             height_m=None if plane is None else plane.height_m,
             join="and" if plane is None else plane.join,
@@ -80,7 +100,7 @@ class Translator:
 
     def _index_in(self, source: str) -> int | None:
         found = re.fullmatch(re.escape(self._name) + r", frame (\d{1,9})", source)
-        return None if found is None else int(found[1])
+        return None if found is None or self._live else int(found[1])
 
     def section_of(self, document: TuneDocument) -> SegmentationConfig:
         """Return the section that says what a document does.
@@ -92,11 +112,14 @@ class Translator:
         """
         plane = None if document.height_m is None else PlaneConfig(height_m=document.height_m, join=document.join)
         if document.method == RANGES:
-            hsv = tuple(map(_as_range, document.ranges))
+            hsv = (*self._kept.hsv, *map(_as_range, document.ranges))
             return msgspec.structs.replace(self._kept, hsv=hsv, plane=plane)
         pictures = (*document.others, *self._drawn(document.strokes, document.roi))
-        drawn = any(picture.cable for picture in pictures)
-        colour = ColourConfig(pictures=pictures, accept_strokes=document.accept_strokes) if drawn else None
+        colour = None
+        if any(picture.cable for picture in pictures):
+            colour = ColourConfig(
+                pictures=pictures, accept_strokes=document.accept_strokes, follow_light=self._follows_light
+            )
         return msgspec.structs.replace(self._kept, colour=colour, plane=plane)
 
     def _drawn(self, strokes: tuple[DrawnStroke, ...], roi: Roi | None) -> list[ColourPicture]:
@@ -106,12 +129,16 @@ class Translator:
         return list(self._pictures.values())
 
     def _picture(self, strokes: tuple[DrawnStroke, ...], roi: Roi | None) -> ColourPicture | None:
-        if (strokes, roi) in self._pictures:
-            return self._pictures[strokes, roi]
+        known = self._stored.get((strokes, roi)) or self._pictures.get((strokes, roi))
+        if known is not None:
+            return known
         frame, image, inside = self._drawn_on(strokes)
         return make_picture(image, inside, self._source_of(frame.index), roi) if inside else None
 
     def _draft(self, strokes: tuple[DrawnStroke, ...]) -> ColourPicture | None:
+        stored = self._stored.get((strokes, None))
+        if stored is not None:
+            return msgspec.structs.replace(stored, pixels="")  # whose cables are as wide as in the full picture
         if strokes in self._drafts:
             return self._drafts[strokes]
         frame, image, inside = self._drawn_on(strokes)

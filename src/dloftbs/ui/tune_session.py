@@ -46,7 +46,7 @@ from dloftbs.ui.messages import (
 )
 from dloftbs.ui.payload import describe
 from dloftbs.ui.strip import Counts, Strip
-from dloftbs.ui.tune_document import STROKES, History, Point, TuneDocument, edited
+from dloftbs.ui.tune_document import STROKES, DrawnStroke, History, Point, TuneDocument, edited
 from dloftbs.ui.tune_segmentation import (
     RegionSegmenter,
     Segment,
@@ -93,8 +93,8 @@ class TuneSession:
 
     def __init__(self, store: FrameStore, config: Config, target: Path | None, command: str) -> None:
         self._store, self._config, self._target, self._command = store, config, target, command
-        self._translator = Translator(store.source.name, store.frame, config.segmentation)
         roi = None if config.region.roi is None else read_roi(config.region.roi)
+        self._translator = Translator(store.source.name, store.frame, config.segmentation, roi, live=store.live)
         self._history = History(
             msgspec.structs.replace(self._translator.first, objects=config.linking.objects, roi=roi)
         )
@@ -106,6 +106,7 @@ class TuneSession:
         self._pipeline: tuple[tuple[int | None, Roi | None], Pipeline] | None = None
         self._segmenter: tuple[TuneDocument, RegionSegmenter] | None = None
         self._guesses: dict[tuple[int, TuneDocument], bool] = {}
+        self._trial: tuple[tuple[int, TuneDocument], asyncio.Task[None]] | None = None
         self._strip = Strip(store, self._new_segmenter, self._new_pipeline, self._tell_counts)
         self._counts = Counts()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -117,7 +118,7 @@ class TuneSession:
         self._audience.open(loop)
         self._store.start()
         self._strip.start(self._history.document)
-        if self._store.source.live:
+        if self._store.live:
             self._follow_camera()
 
     def close(self) -> None:
@@ -131,7 +132,7 @@ class TuneSession:
     def join(self, viewer: Viewer) -> None:
         """Take a browser in."""
         self._audience.add(viewer)
-        self._looks[viewer] = _Look(None if self._store.source.live else 0)
+        self._looks[viewer] = _Look(None if self._store.live else 0)
         viewer.post("state", encode_text("state", **self._state()))
         viewer.post("strip", self._strip_text(self._counts))
         viewer.refresh()
@@ -150,13 +151,15 @@ class TuneSession:
             If that cannot be.
         """
         look, document = self._looks[viewer], self._history.document
+        if isinstance(message, (Draw, Accept, Delete)):
+            self._store.pin(message.frame)
         match message:
             case Ack():
                 return
             case Seek():
-                if message.index is None and not self._store.source.live:
+                if message.index is None and not self._store.live:
                     raise InputError("only a camera has a newest frame")
-                look.index = message.index
+                look.index, look.draft = message.index, None
                 viewer.refresh()
             case (
                 Draw()
@@ -171,9 +174,11 @@ class TuneSession:
             ):
                 self._edit(viewer, look, edited(document, message), done=getattr(message, "done", True))
             case Undo() | Redo():
+                look.draft = None
                 self._history.undo() if isinstance(message, Undo) else self._history.redo()
                 self._changed()
             case Accept():
+                look.draft = None
                 self._do(viewer, self._accept(message.frame))
             case Delete():
                 self._do(viewer, self._delete(message.frame, message.point))
@@ -199,11 +204,11 @@ class TuneSession:
         history, source = self._history, self._store.source
         return {
             "mode": "tune",
-            "name": readable(source.name),
-            "live": source.live,
+            "name": source.name,
+            "live": self._store.live,
             "length": self._store.length,
             "fps": source.fps,
-            "target": None if self._target is None else readable(str(self._target)),
+            "target": None if self._target is None else str(self._target),
             "command": self._command_for(history.document),
             "can_undo": history.can_undo,
             "can_redo": history.can_redo,
@@ -211,7 +216,7 @@ class TuneSession:
             **history.document.to_dict(),
         }
 
-    def _do(self, viewer: Viewer, work: Coroutine[Any, Any, None]) -> None:
+    def _do(self, viewer: Viewer, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         """Do something that takes time, and tell the browser that asked if it fails."""
 
         async def done() -> None:
@@ -223,6 +228,7 @@ class TuneSession:
         task = asyncio.ensure_future(done())
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+        return task
 
     async def _accept(self, index: int) -> None:
         """Take the suggestion for a frame over as strokes along its curves."""
@@ -237,10 +243,14 @@ class TuneSession:
 
     async def _delete(self, index: int, point: Point) -> None:
         """Draw on the object at a point as no cable, which the file then says, too."""
-        self._history.change(await self._in_pool(lambda: self._without_object(index, point)))
+        removed, added = await self._in_pool(lambda: self._strokes_without(index, point))
+        document = self._history.document  # which somebody may have changed meanwhile
+        strokes = (*(one for one in document.strokes if one not in removed), *added)
+        self._history.change(msgspec.structs.replace(document, strokes=strokes, method=STROKES))
         self._changed()
 
-    def _without_object(self, index: int, point: Point) -> TuneDocument:
+    def _strokes_without(self, index: int, point: Point) -> tuple[list[DrawnStroke], list[DrawnStroke]]:
+        """Return the strokes to remove and those to add, so that the object at a point is no cable."""
         document, frame = self._history.document, self._store.frame(index)
         if frame.image is None:
             raise InputError("these frames are masks already: there is nothing to tune")
@@ -251,13 +261,22 @@ class TuneSession:
             raise InputError("there is no object at this place: click on its curve")
         kept = strokes_along(frame.index, [one for one in result if one is not deleted]) if is_suggested else []
         on_it = [one for one in document.strokes if one.cable and one.frame == index and lies_on(one, deleted)]
-        strokes = [one for one in document.strokes if one not in on_it]
-        strokes += [*kept, *strokes_along(index, [deleted], cable=False)]
-        return msgspec.structs.replace(document, strokes=tuple(strokes), method=STROKES)
+        return on_it, [*kept, *strokes_along(index, [deleted], cable=False)]
+
+    def _try_soon(self, viewer: Viewer, index: int, document: TuneDocument) -> None:
+        """Try the guess for a frame, unless that was done, in the place of another one that is being tried."""
+        asked = index, document
+        if asked in self._guesses or self._store.live:
+            return
+        if self._trial is not None and not self._trial[1].done():
+            self._trial[1].cancel()
+            del self._guesses[self._trial[0]]
+        self._guesses[asked] = False
+        self._trial = asked, self._do(viewer, self._try_guess(viewer, index, document))
 
     async def _try_guess(self, viewer: Viewer, index: int, document: TuneDocument) -> None:
         """Try the strokes along a guess on frames all over the video, and offer it where they find as many objects."""
-        while not (self._store.ended or self._store.source.live):
+        while not self._store.ended:
             await asyncio.sleep(_LIVE_PERIOD_S)
         guess = await self._in_pool(lambda: self._guess(index))
         tried = msgspec.structs.replace(document, strokes=tuple(strokes_along(index, guess)))
@@ -320,9 +339,8 @@ class TuneSession:
         finally:
             self._strip.idle.set()
         look.image, look.number = frame.index, look.number + 1
-        if header["suggested"] and header["curves"] and (frame.index, document) not in self._guesses:
-            self._guesses[frame.index, document] = False
-            self._do(viewer, self._try_guess(viewer, frame.index, document))
+        if header["suggested"] and header["curves"]:
+            self._try_soon(viewer, frame.index, document)
         return look.number, encode_picture({**header, "number": look.number}, parts)
 
     def _picture(
@@ -335,7 +353,7 @@ class TuneSession:
         header = {
             **describe(result),
             "index": frame.index,
-            "name": readable(frame.name),
+            "name": frame.name,
             "has_depth": frame.depth is not None,
             "suggested": is_suggested,
             "offered": is_suggested and self._guesses.get((frame.index, document), False),

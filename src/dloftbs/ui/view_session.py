@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.config import Config
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
+from dloftbs.pipeline import Pipeline
 from dloftbs.pipeline.steadiness import Steadiness
 from dloftbs.support.overlap import Ahead
 from dloftbs.ui.advice import set_cables
@@ -213,11 +215,10 @@ class ViewSession(ViewFeed):
     ----------
     frames : iterable of Frame
         Iterated again to begin anew, unless live.
-    make_process : callable
-        From the number of cables, or None, to what turns a frame into its result: a pipeline's `process`, a new one for
-        each pass and each number.
-    name, length, live, objects
-        As for `ViewFeed`; the page may change the number.
+    config : Config
+        Of the pipeline, a new one for each pass; the page may change its number of cables.
+    name, length, live
+        As for `ViewFeed`.
     fps : float, optional
         Of a recording.
     """
@@ -227,16 +228,15 @@ class ViewSession(ViewFeed):
     def __init__(
         self,
         frames: Iterable[Frame],
-        make_process: Callable[[int | None], Process],
+        config: Config,
         name: str,
         *,
         length: int | None = None,
         live: bool = False,
         fps: float | None = None,
-        objects: int | None = None,
     ) -> None:
-        super().__init__(name, length=length, live=live, objects=objects)
-        self._frames, self._make_process = frames, make_process
+        super().__init__(name, length=length, live=live, objects=config.linking.objects)
+        self._frames, self._config = frames, config
         self._playback = Playback(None if live else fps or DEFAULT_FPS, needs_viewers=not live)
         self._failure: BaseException | None = None
         self._thread = Thread(target=self._run, name="dloftbs-view", daemon=True)
@@ -267,6 +267,8 @@ class ViewSession(ViewFeed):
         ------
         InputError
             If this page cannot do that.
+        ConfigError
+            If the number of cables does not go with the other settings.
         """
         match message:
             case Pause():
@@ -280,6 +282,7 @@ class ViewSession(ViewFeed):
                     raise InputError("a camera has no beginning")
                 self._playback.restart()
             case SetObjects():
+                self._config = self._config.replace({"linking.objects": message.objects})
                 self._objects = message.objects
             case _:
                 super().handle(viewer, message)
@@ -303,12 +306,12 @@ class ViewSession(ViewFeed):
     def _run(self) -> None:
         try:
             while True:
-                self._ended = False
                 whole = self._one_pass()
                 if whole and (self._live or not self._playback.loop):
                     self.end()
                 if self._live or not self._playback.wait_for_restart():
                     return
+                self._ended = False
                 self.tell_state()
         except BaseException as error:  # noqa: BLE001 - it is raised by `wait`
             self._failure = error
@@ -316,22 +319,22 @@ class ViewSession(ViewFeed):
 
     def _one_pass(self) -> bool:
         """Show the frames from the first on; False if that was interrupted."""
-        objects = self._objects
-        process = self._begin(objects)
+        config = self._config
+        process = self._begin(config)
         with Ahead(_all_of(self._frames), newest=self._live) as read, closing(_all_of(read)) as frames:
             for frame in frames:
                 if not self._playback.wait_turn():
                     return False
-                if self._objects != objects:
-                    objects = self._objects
-                    process = self._begin(objects)
+                if self._config != config:
+                    config = self._config
+                    process = self._begin(config)
                 self.publish(frame, process(frame))
         return True
 
-    def _begin(self, objects: int | None) -> Process:
-        """Return what follows so many cables from the next frame on; what was strange before is no longer."""
-        self._steadiness = Steadiness(objects)
-        return self._make_process(objects)
+    def _begin(self, config: Config) -> Process:
+        """Return what follows cables from the next frame on; what was strange before is no longer."""
+        self._steadiness = Steadiness(config.linking.objects)
+        return Pipeline(config).process
 
 
 def _all_of(frames: Iterable[Frame]) -> Generator[Frame, None, None]:

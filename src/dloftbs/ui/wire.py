@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.support.arrays import AnyArray
+from dloftbs.support.text import readable
 
 LONGEST_SIDE_PX = 1920
 """Longer side of pictures that are sent, px: a larger frame is reduced, and its curves keep the frame's pixels.
@@ -26,7 +27,7 @@ Source: by hand; at HD some 200 kB, and no blocks that show.
 
 def encode_text(kind: str, /, **fields: Any) -> str:
     """Return a message in JSON whose field ``type`` is its kind."""
-    return msgspec.json.encode({"type": kind, **fields}).decode()
+    return msgspec.json.encode(_as_readable({"type": kind, **fields})).decode()
 
 
 def encode_picture(header: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
@@ -35,8 +36,19 @@ def encode_picture(header: Mapping[str, Any], parts: Mapping[str, bytes]) -> byt
     The header's ``parts`` has the name and the number of bytes of each part, in order.
     """
     sizes = [(name, len(data)) for name, data in parts.items()]
-    text = msgspec.json.encode({**header, "parts": sizes})
+    text = msgspec.json.encode(_as_readable({**header, "parts": sizes}))
     return b"".join((len(text).to_bytes(4, "little"), text, *parts.values()))
+
+
+def _as_readable(fields: dict[str, Any]) -> dict[str, Any]:
+    """Return fields whose texts, and those in lists, are readable: names of files may hold bytes that are no UTF-8."""
+
+    def readable_in(value: Any) -> Any:
+        if isinstance(value, str):
+            return readable(value)
+        return [readable_in(one) for one in value] if isinstance(value, list) else value
+
+    return {name: readable_in(value) for name, value in fields.items()}
 
 
 def encode_jpeg(image: npt.NDArray[np.uint8]) -> bytes:

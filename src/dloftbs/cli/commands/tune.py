@@ -63,6 +63,8 @@ def tune(
     dloftbs track cable.mp4 --config cable.yaml --overlay overlay.mp4
     """
     require_page()
+    from msgspec.structs import replace
+
     from dloftbs.cli.frames import in_natural_order
     from dloftbs.config import Config
     from dloftbs.ui.frame_store import FrameStore
@@ -71,6 +73,8 @@ def tune(
     target = Path(out) if out is not None else context.params.get("config_file")
     if out is not None and os.path.exists(out):
         config = Config.from_file(out).replace(_stated(config))  # which replaces no file that is not one
+        if context.params["hsv"]:
+            config = replace(config, segmentation=config.segmentation.with_hsv(context.params["hsv"]))
     source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs), segmented=True)
     config_file = shlex.quote("cable.yaml" if target is None else str(target))
     verb, overlay = ("detect", "overlay.png") if source.length == 1 else ("track", "overlay.mp4")

@@ -41,7 +41,6 @@ def view(
     """
     require_page()
     from dloftbs.cli.frames import UsableFrames, in_natural_order
-    from dloftbs.pipeline import Pipeline
     from dloftbs.ui.view_session import ViewSession
 
     named = where[0] if len(where) == 1 else in_natural_order(where, inputs)
@@ -49,12 +48,11 @@ def view(
         check_colour(source, config, inputs, where)
         session = ViewSession(
             UsableFrames(source, config, inputs, where, every),
-            lambda objects: Pipeline(config.replace({"linking.objects": objects})).process,
+            config,
             source.name,
             length=source.length,
-            live=source.live,
+            live=source.live or source.single_pass,
             fps=source.fps and source.fps / every,
-            objects=config.linking.objects,
         )
         with served(session, page), interrupted() as stop:
             while session.wait(LOOK_EVERY_S) and not stop():

@@ -17,7 +17,8 @@ export class Brush {
    * @param {{
    *   tool: () => "cable" | "not" | "erase" | "pick" | "none",
    *   radius: () => number,
-   *   moved: (points: [number, number][]) => void,
+   *   began: () => void,
+   *   moved: (points: [number, number][]) => void, without points where they are dropped
    *   done: (points: [number, number][]) => void,
    * }} hands
    */
@@ -59,10 +60,11 @@ export class Brush {
     this.stage.canvas.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, event);
     if (this.pointers.size === 2) {
-      this.points = null;
+      this.drop();
       this.pinch = this.grip();
     } else if (this.pointers.size === 1 && this.stage.header && this.hands.tool() !== "none") {
       this.points = [this.stage.pixelAt(event)];
+      this.hands.began();
       this.hands.moved(this.points);
     } else if (this.hands.tool() === "none") {
       this.pinch = this.grip();
@@ -101,10 +103,15 @@ export class Brush {
 
   /** @param {PointerEvent} event */
   cancel(event) {
-    const points = this.points;
+    this.drop();
     this.release(event);
-    if (points) this.hands.moved([]);
     this.stage.paint();
+  }
+
+  drop() {
+    const points = this.points;
+    this.points = null;
+    if (points) this.hands.moved([]);
   }
 
   /** @param {PointerEvent} event */

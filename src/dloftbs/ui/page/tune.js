@@ -20,6 +20,7 @@ export class Tune {
     this.state = { strokes: [], ranges: [], method: "strokes", length: 1 };
     this.tool = "cable";
     this.index = 0;
+    this.drawnOn = 0; // the frame that was shown at pointer-down
     this.playing = false;
     this.radius = 0; // until the first picture tells how large the image is
     byId("tune").hidden = false;
@@ -34,13 +35,12 @@ export class Tune {
     this.brush = new Brush(stage, {
       tool: () => /** @type {any} */ (this.region.kind || this.state.method === "ranges" || this.tool === "delete" ? "pick" : this.tool),
       radius: () => (this.region.kind ? 1 : this.radius || 4),
+      began: () => this.hold(),
       moved: (points) => {
-        if (this.region.kind) {
-          this.region.moved(points);
-          return;
-        }
         this.waiting = points;
-        this.sendDraft();
+        if (this.region.kind) this.region.moved(points);
+        else if (points.length > 0) this.sendDraft();
+        else if (this.draws) this.seek(this.drawnOn); // which ends the draft
       },
       done: (points) => this.finish(points),
     });
@@ -115,7 +115,15 @@ export class Tune {
   }
 
   get last() {
-    return Math.max((this.state.length ?? this.strip.length ?? 1) - 1, 0);
+    return Math.max((this.state.length ?? this.strip.length ?? 1) - 1, this.stage.header?.index ?? 0);
+  }
+
+  get draws() {
+    return this.state.method === "strokes" && !this.region.kind;
+  }
+
+  get follows() {
+    return this.state.live && byId("live").getAttribute("aria-pressed") === "true";
   }
 
   /** @param {string} tool */
@@ -131,8 +139,7 @@ export class Tune {
   showTool() {
     press(byId("region-box"), this.region.kind === "box");
     press(byId("region-polygon"), this.region.kind === "polygon");
-    const draws = this.state.method === "strokes" && !this.region.kind;
-    this.stage.canvas.className = draws ? "draws" : "picks";
+    this.stage.canvas.className = this.draws ? "draws" : "picks";
     this.showHint();
   }
 
@@ -155,14 +162,26 @@ export class Tune {
 
   /** @param {number} step */
   stepBy(step) {
+    this.stop();
+    this.seek(this.index + step);
+  }
+
+  stop() {
     this.playing = false;
     this.showPlay();
-    this.seek(this.index + step);
+  }
+
+  /** Stay at the frame that is shown: what the pointer does belongs to it. */
+  hold() {
+    if (!this.draws) return;
+    this.stop();
+    this.drawnOn = this.stage.header.index;
+    if (this.follows || this.index !== this.drawnOn) this.seek(this.drawnOn);
   }
 
   togglePlay() {
     if (this.state.live) {
-      this.seek(byId("live").getAttribute("aria-pressed") === "true" ? this.index : null);
+      this.seek(this.follows ? this.index : null);
       return;
     }
     this.playing = !this.playing;
@@ -181,15 +200,15 @@ export class Tune {
 
   /** @param {[number, number][]} points @param {boolean} done */
   strokeOf(points, done) {
-    return { type: "draw", frame: this.index, points, cable: this.tool === "cable", radius_px: this.radius, done };
+    return { type: "draw", frame: this.drawnOn, points, cable: this.tool === "cable", radius_px: this.radius, done };
   }
 
   /** @param {[number, number][]} points */
   finish(points) {
     if (this.region.kind) this.region.finish(points);
     else if (this.state.method === "ranges") this.pick(points[points.length - 1]);
-    else if (this.tool === "delete") this.connection.send({ type: "delete", frame: this.index, point: points[points.length - 1] });
-    else if (this.tool === "erase") this.connection.send({ type: "erase", frame: this.index, points, radius_px: this.radius });
+    else if (this.tool === "delete") this.connection.send({ type: "delete", frame: this.drawnOn, point: points[points.length - 1] });
+    else if (this.tool === "erase") this.connection.send({ type: "erase", frame: this.drawnOn, points, radius_px: this.radius });
     else {
       const { type, done, ...stroke } = this.strokeOf(points, true);
       this.state.strokes = [...this.state.strokes, stroke]; // until the server says so too
@@ -204,7 +223,8 @@ export class Tune {
   }
 
   accept() {
-    if (this.stage.header?.offered) this.connection.send({ type: "accept", frame: this.index });
+    const { header } = this.stage;
+    if (header?.offered) this.connection.send({ type: "accept", frame: header.index });
   }
 
   async copy() {
@@ -228,7 +248,7 @@ export class Tune {
     byId("ranges-panel").hidden = isStrokes;
     byId("undo").disabled = !state.can_undo;
     byId("redo").disabled = !state.can_redo;
-    byId("clear").disabled = state.strokes.length === 0 && state.ranges.length === 0 && state.height_m === null;
+    byId("clear").disabled = state.strokes.length === 0 && state.others === 0 && state.ranges.length === 0 && state.height_m === null;
     byId("live").hidden = !state.live;
     byId("use-height").checked = state.height_m !== null;
     byId("accept-strokes").checked = state.accept_strokes;
@@ -239,7 +259,7 @@ export class Tune {
     }
     if (state.height_m !== null) byId("height").value = String(Math.round(1000 * state.height_m));
     byId("height-mm").textContent = `${byId("height").value} mm`;
-    byId("stroke-count").textContent = told(state.strokes);
+    byId("stroke-count").textContent = told(state.strokes, state.others);
     byId("save").textContent = state.target ? `Save ${state.target.split(/[\\/]/).pop()}` : "Show settings";
     showCables(byId("cables"), state.objects);
     byId("command").textContent = state.command;
@@ -291,8 +311,7 @@ export class Tune {
   /** @param {number} index */
   playOn(index) {
     if (index >= this.last) {
-      this.playing = false;
-      this.showPlay();
+      this.stop();
       return;
     }
     const period = 1000 / Math.min(this.state.fps ?? 25, 30);
@@ -311,7 +330,7 @@ export class Tune {
   showHint() {
     const { header } = this.stage;
     const hint = byId("hint");
-    const empty = this.state.strokes.length === 0 && this.state.ranges.length === 0 && this.state.height_m === null && !this.state.kept;
+    const empty = this.state.strokes.length === 0 && !this.state.others && this.state.ranges.length === 0 && this.state.height_m === null && !this.state.kept;
     if (this.region.kind) {
       hint.textContent = this.region.hint;
       hint.hidden = this.brush.drawing;
@@ -336,9 +355,9 @@ export class Tune {
   }
 }
 
-/** @param {import("./brush.js").Stroke[]} strokes */
-function told(strokes) {
-  if (strokes.length === 0) return "No strokes yet.";
+/** @param {import("./brush.js").Stroke[]} strokes @param {number} others */
+function told(strokes, others) {
+  if (strokes.length === 0) return others ? "The settings have strokes on other pictures. Clear removes them." : "No strokes yet.";
   const frames = new Set(strokes.map((stroke) => stroke.frame)).size;
   const count = `${strokes.length} stroke${strokes.length > 1 ? "s" : ""}`;
   return `${count} on ${frames} frame${frames > 1 ? "s" : ""}. Where the mask is wrong in another frame, draw there too.`;

@@ -20,7 +20,7 @@ export class View {
     byId("view").hidden = false;
     this.plots = new Plots();
     this.space = new Space(byId("space"));
-    new Brush(stage, { tool: () => "none", radius: () => 1, moved: () => {}, done: () => {} });
+    new Brush(stage, { tool: () => "none", radius: () => 1, began: () => {}, moved: () => {}, done: () => {} });
     for (const id of ["previous", "live", "strip", "strip-legend", "scrubber", "show-mask"]) byId(id).remove();
     byId("timeline").append(make("progress", { id: "progress", max: "1", value: "0", "aria-label": "Progress" }));
     byId("play").onclick = () => this.togglePlay();
@@ -42,8 +42,9 @@ export class View {
 
   togglePlay() {
     if (!this.state.controls) return;
-    if (this.state.ended) this.connection.send({ type: "restart" });
-    else this.connection.send({ type: "pause", paused: !this.state.paused });
+    const { ended, paused } = this.state;
+    if (ended) this.connection.send({ type: "restart" });
+    this.connection.send({ type: "pause", paused: !ended && !paused });
   }
 
   toggleLoop() {
