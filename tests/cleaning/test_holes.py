@@ -190,6 +190,14 @@ def test_what_lies_elsewhere_does_not_matter() -> None:
     np.testing.assert_array_equal(found[1:-1, 501:-1], threads)
 
 
+def test_what_is_longer_than_opencv_counts_stays_as_it_is() -> None:
+    mask = np.zeros((20, 1 << 16), np.uint8)
+    mask[4:16] = 1
+    mask[9:11, 100:-100] = 0
+    assert filled(mask) is None
+    assert filled(np.ascontiguousarray(mask[:, :3000])) is not None
+
+
 def test_a_speck_within_a_highlight_does_not_keep_it_open() -> None:
     mask = np.zeros((120, 400), np.uint8)
     mask[30:90, 20:380] = 1

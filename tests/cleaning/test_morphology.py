@@ -328,3 +328,18 @@ def test_a_polygon_s_edge_takes_nothing_from_what_it_cuts(open_px, close_px):
     assert not (cleaned & (region.inside == 0)).any()
     assert close_px > 1 or np.array_equal(cleaned, within)
     assert np.array_equal(crop.outline, region.outline)
+
+
+@pytest.mark.parametrize("branched", [False, True])
+def test_a_notch_of_a_polygon_within_a_cable_is_not_filled(branched):
+    size, corners = (90, 140), ((0, 0), (139, 0), (139, 43), (70, 43), (70, 47), (139, 47), (139, 89), (0, 89))
+    region = Region(corners, size)
+    mask = np.zeros(size, np.uint8)
+    mask[35:56, 10:140] = 1
+    within = region.clear_outside(region.cut(mask))
+    assert (within == 0)[45, 80:].all()
+    crop = clean(within, CleaningConfig(), region, branched=branched)
+    (x, y), (h, w) = crop.origin, crop.size
+    cleaned = np.zeros(region.size, bool)
+    cleaned[y : y + h, x : x + w] = crop.pixels[1 : h + 1, 1 : w + 1]
+    assert not (cleaned & (region.inside == 0)).any()

@@ -71,6 +71,17 @@ def test_a_block_that_ends_early_waits_for_nothing(tmp_path):
     assert set(codes) == {"-9"}
 
 
+def test_where_no_process_can_start_this_one_compiles(monkeypatch):
+    def refuse():
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(preparation, "_start", refuse)
+    monkeypatch.setattr(preparation, "_core_count", lambda: 4)
+    missing = {"linking.kernels.weights": 50, "fitting.kernels": 50}
+    with preparation._workers(missing) as (waiting, threads):
+        assert (list(waiting), threads) == (list(missing), [])
+
+
 def test_rooms_that_are_ready_start_no_process(monkeypatch):
     monkeypatch.setattr(preparation, "_entered", {"linking", "fitting"})
     monkeypatch.setattr(compiler, "count_missing", None)  # not asked

@@ -48,6 +48,18 @@ def test_holes_in_the_depth_are_left_out_of_the_paper_s_fit() -> None:
     np.testing.assert_allclose(detection.curve_3d.sample(50)[:, 2], 0.8, atol=1e-6)
 
 
+def test_a_stretch_with_depth_everywhere_has_no_hole_in_the_paper_s_curve() -> None:
+    mask, depth = np.zeros(SIZE, np.uint8), np.zeros(SIZE)
+    mask[100:105, 50:350] = 1
+    depth[:, 180:225] = 0.8
+    (detection,) = dloftbs.detect(mask, config=PAPER, depth=depth, camera=CAMERA)
+    assert detection.curve_3d is not None
+    assert detection.inferred_3d == ()
+    depth[:, 195:210] = 0.0
+    (detection,) = dloftbs.detect(mask, config=PAPER, depth=depth, camera=CAMERA)
+    assert np.array(detection.inferred_3d) == pytest.approx(np.array([[15 / 45, 30 / 45]]), abs=0.05)
+
+
 @pytest.mark.parametrize("axis", [tubes.coil(), tubes.ring()], ids=["open", "closed"])
 def test_the_curve_in_space_is_the_axis_by_its_own_arc_length(axis: np.ndarray) -> None:
     mask, depth = tubes.draw_tubes([axis])

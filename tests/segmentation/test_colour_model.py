@@ -9,6 +9,7 @@ from dloftbs.config import ColourConfig, Config, SegmentationConfig
 from dloftbs.data.frame import Frame
 from dloftbs.errors import ConfigError, InputError
 from dloftbs.segmentation import ColourModel, Stroke, make_segmenter
+from dloftbs.segmentation.pixel_samples import PixelSample
 
 SIZE = 160, 240
 ALONG = Stroke(points=[(30, 80), (120, 80)])
@@ -111,6 +112,20 @@ def test_a_stroke_that_leaves_the_picture_is_refused():
     image, _ = photo((40, 30, 200))
     with pytest.raises(InputError, match=r"must lie in the picture of 240 x 160 px, got the point 240,10"):
         ColourModel.fit(image, [Stroke(points=[(20, 10), (240, 10)])])
+
+
+def test_a_stroke_that_is_taken_back_beneath_a_wider_one_leaves_its_colours():
+    image, _ = photo((40, 30, 200))
+    model = ColourModel.fit(image, [ALONG, Stroke(points=ALONG.points, cable=False, radius_px=30.0)])
+    assert model.by_colour_alone
+    assert ColourModel(model.to_config()).by_colour_alone
+
+
+def test_of_very_many_pictures_each_has_samples():
+    image, _ = photo((40, 30, 200))
+    sample = PixelSample.of(image, [ALONG], share=1 / 900)
+    assert min(part.shape[1] for part in (sample.kinds[0], sample.kinds[-1])) > 0
+    assert PixelSample.from_text(sample.to_text()).width_px == sample.width_px
 
 
 def test_without_a_stroke_on_a_cable_there_is_no_colour():

@@ -46,6 +46,16 @@ def test_it_is_found_in_a_cameras_noise(seed):
     assert iou(segmenter()(frame(depth))) > 0.9
 
 
+def test_pixels_beyond_the_field_of_the_lens_have_no_height():
+    lens = dloftbs.PinholeCamera(144.0, 144.0, 159.5, 119.5, distortion=(-0.4, 0.0, 0.0, 0.0))
+    x, y, _ = lens.deproject(np.stack(np.meshgrid(np.arange(SIZE[1]), np.arange(SIZE[0])), -1), np.ones(SIZE)).T
+    beyond = np.isnan(x + y).T
+    assert 0.05 < beyond.mean() < 0.8
+    depth = np.where(CABLE, 0.69, 0.7).astype(np.float32)
+    mask = segmenter()(dloftbs.Frame(image=np.zeros((*SIZE, 3), np.uint8), depth=depth, camera=lens)) != 0
+    assert (mask[~beyond] == CABLE[~beyond]).mean() > 0.99
+
+
 def test_more_noise_than_height_is_no_cable():
     rng = np.random.default_rng(0)
     flat = table(height=0.0) + rng.normal(0.0, 0.005, SIZE).astype(np.float32)

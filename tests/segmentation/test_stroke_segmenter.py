@@ -36,6 +36,18 @@ def test_near_tracks_the_mask_is_that_of_the_whole_image_and_elsewhere_it_is_so_
     assert not segmenter(image, prompt_on(true))[:40].any()
 
 
+def test_frames_by_themselves_do_not_keep_a_stream_from_looking_at_the_whole_image():
+    image, mask = busy()
+    stream = StrokeSegmenter(ColourModel.fit(image, STROKES))
+    for _ in range(7):
+        stream(image, prompt_on(mask))
+        stream.alone()(image, Prompt())
+    assert stream._since == 7
+    before = stream.light.copy()
+    stream.alone()((0.8 * image).astype(np.uint8), prompt_on(mask))
+    assert (stream.light == before).all()
+
+
 def grey(factor):
     """Return a light grey cable on darker grey, in some light."""
     rng = np.random.default_rng(5)

@@ -41,6 +41,12 @@ _MAX_PIECES = 500
 Source: bounds the time, by hand; a small piece takes some 0.2 ms.
 """
 
+_MAX_SIDE = (1 << 16) - 1
+"""Longest side of a box in which holes are filled, px.
+
+Source: OpenCV fills areas by coordinates of 16 bits.
+"""
+
 _MAX_PARTS = 2000
 """More parts of narrow ground than this in a piece are noise, of which nothing is filled.
 
@@ -74,6 +80,8 @@ def fill_holes(pixels: _Pixels, places: npt.NDArray[np.int64], beyond: _Sides) -
         None where nothing is filled.
     """
     height, width = pixels.shape
+    if max(height, width) > _MAX_SIDE:
+        return None
     unseen, filled, pieces = pixels.copy(), pixels.copy(), 0
     while len(places):
         pieces += 1

@@ -73,6 +73,8 @@ def clean(
         if branched and len(places):
             filled = close_slits(pixels[:, : w + 2] if filled is None else filled)
         if filled is not None:  # the box is the same
+            if polygon is not None:
+                filled[1 : h + 1, 1 : w + 1] &= polygon[y : y + h, x : x + w] != 0
             pixels, framed, _, moments = frame(np.ascontiguousarray(_packed(filled).T))
             orientation = canonical_orientation(pixels[1 : h + 1, 1 : w + 1], moments)
     size, outline = (mask.shape[0], mask.shape[1]), None if region is None else region.outline

@@ -10,7 +10,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from dloftbs.kernels import compiler
@@ -74,11 +74,14 @@ def _workers(missing: dict[str, int]) -> Iterator[tuple[deque[str], list[threadi
     """Start processes that take modules from the end of a queue, each with the thread that hands them out."""
     waiting = deque(missing)
     count = min(_core_count() - 1, MAX_WORKERS, len(missing)) if sum(missing.values()) >= _MIN_KERNELS else 0
-    processes = [_start() for _ in range(count if _can_start_python() else 0)]
-    threads = [threading.Thread(target=_hand_out, args=(one, waiting, missing), daemon=True) for one in processes]
-    for thread in threads:
-        thread.start()
+    processes: list[subprocess.Popen[str]] = []
+    threads: list[threading.Thread] = []
     try:
+        with suppress(OSError):  # they save time; without them, whoever needs a kernel compiles it
+            for _ in range(count if _can_start_python() else 0):
+                processes.append(_start())
+                threads.append(threading.Thread(target=_hand_out, args=(processes[-1], waiting, missing), daemon=True))
+                threads[-1].start()
         yield waiting, threads
     finally:
         waiting.clear()

@@ -63,12 +63,13 @@ def _lift_as_published(
         return replace(detection, no_3d_reason=reason)
     knots = knots or distinct_knots(detection.curve)  # what the curve in the image needed
     whole = bool(seen.all())
-    u = line.u[seen]
+    u, share = line.u[seen], 1.0
     closed = line.closed and whole
     if not closed and u[-1] > u[0]:
-        u = (u - u[0]) / (u[-1] - u[0])
+        share = float(u[-1] - u[0])
+        u = (u - u[0]) / share
     curve = fit_with_knots(points_m, u, closed, knots)
-    holes = () if whole else holes_of(u, detection.curve.length, detection.width_px)
+    holes = () if whole else holes_of(u, share * detection.curve.length, detection.width_px)
     return _with_curve_3d(detection, curve, camera, holes)
 
 

@@ -62,7 +62,7 @@ class PixelSample:
         region: Region | None = None,
         share: float = 1.0,
     ) -> PixelSample | None:
-        """Take samples of a picture with strokes; None where no stroke shows how wide a cable is.
+        """Take samples of a picture with strokes; None if none shows how wide a cable is, or shows cable alone.
 
         Parameters
         ----------
@@ -90,14 +90,16 @@ class PixelSample:
             masks = cable, refused, beside, inside & ~(cable | refused | beside)
             for kind, where, most in zip(kinds, masks, _MOST, strict=True):
                 pixels = np.flatnonzero(where)
-                some = np.random.default_rng(0).permutation(len(pixels))[: int(share * most) // len(shifts)]
+                some = np.random.default_rng(0).permutation(len(pixels))[: max(1, int(share * most) // len(shifts))]
                 kind.append(canonical.features_of(small, pixels[np.sort(some)]))
+        if not any(part.size for part in kinds[0]):
+            return None
         rough = cv2.GaussianBlur(canonical.resized(image, found.width_px, _ROUGH_PX), (3, 3), 0)
         on_cable, next_to = (_shrunk(where, rough.shape[1::-1]) for where in (found.cable, found.beside))
         colours = []
         for picture, where in ((rough, on_cable), (image, found.cable), (rough, next_to)):
             pixels = np.flatnonzero(where)
-            some = pixels[:: max(1, -(-len(pixels) // int(share * _MOST[1])))]
+            some = pixels[:: max(1, -(-len(pixels) // max(1, int(share * _MOST[1]))))]
             colours.append(np.asarray(picture, np.uint8).reshape(-1, 3)[some])
         return cls(found.width_px, tuple(np.concatenate(kind, axis=1) for kind in kinds), tuple(colours))
 

@@ -122,6 +122,7 @@ class PlaneSegmenter:
             self.reset()
             self._rays, self._seen_by = _rays(frame.camera, frame.size), frame.camera
         depth_m = to_metres(frame.depth, frame.depth_unit_m, DepthConfig()).astype(np.float32)
+        depth_m[np.isnan(self._rays[0])] = np.nan  # beyond the field of the lens
         self._follow(depth_m, self._rays)
         if self._plane is None or not self._plane.any():
             return np.zeros(frame.size, np.uint8)
