@@ -322,3 +322,7 @@ def test_labels_of_inputs_of_one_name_are_read_back(tmp_path, monkeypatch):
     with sources.open(paths, instances="labels.json") as source:
         rows = [float(np.nonzero(frame.instances)[0].mean()) for frame in source]
     assert rows == pytest.approx([20, 50, 80], abs=0.5)
+    monkeypatch.chdir(tmp_path / "day1")
+    with sources.open(["p.png", "../day2/p.png"], instances="../labels.json") as source:
+        rows = [float(np.nonzero(frame.instances)[0].mean()) for frame in source]
+    assert rows == pytest.approx([50, 80], abs=0.5)

@@ -88,8 +88,8 @@ def test_frames_that_cannot_be_read_are_reported_and_the_rest_makes_a_background
     assert "first.png: the background of 3 frames" in limited.stderr
 
 
-@pytest.mark.parametrize("live", [False, True])
-def test_after_ctrl_c_a_camera_has_a_background_and_a_recording_has_none(clip, tmp_path, monkeypatch, live):
+@pytest.mark.parametrize("endless", [None, "live", "single_pass"])
+def test_after_ctrl_c_a_camera_has_a_background_and_a_recording_has_none(clip, tmp_path, monkeypatch, endless):
     class Interrupted(FileSource):
         def _read(self, path):
             if path.name == "4.png":
@@ -97,11 +97,12 @@ def test_after_ctrl_c_a_camera_has_a_background_and_a_recording_has_none(clip, t
             return super()._read(path)
 
     monkeypatch.setattr("dloftbs.sources.FileSource", Interrupted)
-    monkeypatch.setattr(Interrupted, "live", live)
+    if endless is not None:
+        monkeypatch.setattr(Interrupted, endless, True)
     (tmp_path / "empty.png").write_bytes(b"precious")
-    ended = run("background", clip, "--out", "empty.png", code=0 if live else 130)
-    assert ("the background of 5 frames" in ended.stderr) == live
-    assert ((tmp_path / "empty.png").read_bytes() == b"precious") == (not live)
+    ended = run("background", clip, "--out", "empty.png", code=130 if endless is None else 0)
+    assert ("the background of 5 frames" in ended.stderr) == (endless is not None)
+    assert ((tmp_path / "empty.png").read_bytes() == b"precious") == (endless is None)
 
 
 def test_a_background_of_nothing_is_refused(tmp_path):

@@ -99,6 +99,10 @@ def test_a_camera_s_frame_that_is_drawn_on_stays(opened):
     assert store.frame(5).index == 5
     with pytest.raises(SourceError, match=r"cable\.mp4: frame 7 is no longer kept"):
         store.pin(7)
+    store.unpin_others({5, 8})
+    assert store.frame(5).index == 5
+    store.unpin_others({8})
+    assert store.frame(5).index != 5
     opened(CableSource(4), started=False).pin(400)  # of a recording it is read again
 
 

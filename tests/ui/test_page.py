@@ -302,6 +302,22 @@ def test_a_second_finger_takes_back_what_the_first_began(open_page, cancelled):
         assert text_of(page, "#stroke-count") == "No strokes yet."
 
 
+def test_two_fingers_on_a_camera_leave_it_live(open_page):
+    with tuning(source=CableSource(400, live=True)) as address:
+        page = open_page(address, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+        page.locator("#live[aria-pressed=true]").wait_for()
+        wait_for_text(page, "#position", "1")
+        touch = page.context.new_cdp_session(page)
+        first, *_, last = [{"x": x, "y": y, "id": 0} for x, y in on_screen(page, along())]
+        touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [first]})
+        touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [last]})
+        page.locator("#live[aria-pressed=false]").wait_for()
+        touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [last, {**first, "id": 1}]})
+        page.locator("#live[aria-pressed=true]").wait_for()
+        touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        assert text_of(page, "#stroke-count") == "No strokes yet."
+
+
 def test_a_recording_that_ends_can_be_stepped_looped_and_begun_again(open_page):
     with viewing(CableSource(30)) as (session, address):
         page = open_page(address)

@@ -513,6 +513,7 @@ def test_no_guess_is_tried_on_a_camera(guessed):
     with tuning(CableSource(30, live=True)) as (client, _):
         for _ in range(5):
             client.picture(lambda header: header["index"] == 29 and header["curves"])
+            client.send(type="seek", index=None)
         assert guessed == []
 
 

@@ -13,6 +13,7 @@ from ui.page_client import SIZE, CableSource, connected, wait_for
 from dloftbs import Config, Frame, PinholeCamera, Pipeline
 from dloftbs.config import SegmentationConfig
 from dloftbs.errors import SourceError
+from dloftbs.ui import view_session
 from dloftbs.ui.server import serve
 from dloftbs.ui.view_session import ViewFeed, ViewSession
 
@@ -127,12 +128,28 @@ def test_a_number_of_cables_that_cannot_be_is_an_error_of_that_browser_alone():
         assert session.wait(0.01)
 
 
-def test_the_number_of_cables_holds_from_the_next_frame_on():
+def test_the_number_of_cables_holds_from_the_next_frame_on(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        view_session, "Pipeline", lambda config: asked.append(config.linking.objects) or Pipeline(config)
+    )
     with viewing(CableSource(200), fps=50.0) as (_, _, client):
         client.picture()
         client.send(type="objects", objects=1)
         assert client.text("state", lambda state: state["objects"] == 1)
         assert len(client.picture(lambda header: header["index"] > 30)[0]["curves"]) == 1
+    assert asked == [None, 1]
+
+
+def test_a_recording_that_can_be_read_once_keeps_its_pace_and_does_not_begin_anew():
+    source = CableSource(6)
+    session = ViewSession(source, CONFIG, source.name, length=source.length, once=True, fps=30.0)
+    with serve(session, port=0) as address, connected(address) as client:
+        for index in range(6):
+            client.picture(lambda header, index=index: header["index"] == index)
+        assert client.text("state", lambda state: state["ended"])
+        client.send(type="restart")
+        assert "no beginning" in client.text("error")["message"]
 
 
 def test_an_error_of_the_source_is_told_to_the_page_and_to_the_command():

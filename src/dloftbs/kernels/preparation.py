@@ -77,11 +77,13 @@ def _workers(missing: dict[str, int]) -> Iterator[tuple[deque[str], list[threadi
     processes: list[subprocess.Popen[str]] = []
     threads: list[threading.Thread] = []
     try:
-        with suppress(OSError):  # they save time; without them, whoever needs a kernel compiles it
+        # They save time alone: whoever needs a kernel compiles it. A thread that cannot start is a RuntimeError.
+        with suppress(OSError, RuntimeError):
             for _ in range(count if _can_start_python() else 0):
                 processes.append(_start())
-                threads.append(threading.Thread(target=_hand_out, args=(processes[-1], waiting, missing), daemon=True))
-                threads[-1].start()
+                thread = threading.Thread(target=_hand_out, args=(processes[-1], waiting, missing), daemon=True)
+                thread.start()
+                threads.append(thread)
         yield waiting, threads
     finally:
         waiting.clear()

@@ -62,7 +62,7 @@ class PixelSample:
         region: Region | None = None,
         share: float = 1.0,
     ) -> PixelSample | None:
-        """Take samples of a picture with strokes; None if none shows how wide a cable is, or shows cable alone.
+        """Take samples of a picture with strokes; None where none shows the width of a cable, or nothing is left of it.
 
         Parameters
         ----------

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import os
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
@@ -351,4 +352,4 @@ def _parts(file_name: str) -> tuple[str, ...]:
 
 def _ends_with(frame: Path, file_name: str) -> bool:
     parts = _parts(file_name)
-    return frame.parts[-len(parts) :] == parts
+    return Path(os.path.abspath(frame)).parts[-len(parts) :] == parts

@@ -191,6 +191,9 @@ class LiveSource(_PictureSource):
         self._started = False
         fps = _positive(self._capture.get(cv2.CAP_PROP_FPS))
         self.fps = None if fps is None or fps > MAX_LIVE_FPS else fps
+        frames = None if self.live else _positive(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        if frames is not None:  # a file at an address
+            self.length, self.length_is_estimate = int(frames), True
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames as they come, until the stream ends or is closed.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from threading import Condition, Lock, Thread
 
 from dloftbs.data.frame import Frame
@@ -141,6 +141,11 @@ class FrameStore:
                 name = self.source.name
                 raise SourceError(f"{name}: frame {index} is no longer kept; draw on the frame that is shown")
             self._pinned[index] = found
+
+    def unpin_others(self, used: Container[int]) -> None:
+        """Let go of a camera's frames on which nothing is drawn any more."""
+        with self._changed:
+            self._pinned = {index: frame for index, frame in self._pinned.items() if index in used}
 
     def keep(self, frame: Frame) -> None:
         """Keep a frame that somebody looks at."""

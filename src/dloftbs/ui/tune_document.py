@@ -173,6 +173,11 @@ class History:
         return self._states[self._at]
 
     @property
+    def states(self) -> tuple[TuneDocument, ...]:
+        """All states that can be come back to."""
+        return tuple(self._states)
+
+    @property
     def can_undo(self) -> bool:
         """True if there is a state before this one."""
         return self._at > 0

@@ -102,7 +102,9 @@ class TuneSession:
         self._audience = Audience()
         self._looks: dict[Viewer, _Look] = {}
         self._pool = ThreadPoolExecutor(1, "dloftbs-tuning")
-        self._rest = msgspec.structs.replace(config, segmentation=SegmentationConfig())
+        self._rest = msgspec.structs.replace(
+            config, segmentation=SegmentationConfig(mask_is=config.segmentation.mask_is)
+        )
         self._pipeline: tuple[tuple[int | None, Roi | None], Pipeline] | None = None
         self._segmenter: tuple[TuneDocument, RegionSegmenter] | None = None
         self._guesses: dict[tuple[int, TuneDocument], bool] = {}
@@ -196,6 +198,10 @@ class TuneSession:
         viewer.refresh()
 
     def _changed(self) -> None:
+        if not self._tasks:  # an object that is being deleted needs its frame
+            drafts = [look.draft for look in self._looks.values() if look.draft is not None]
+            documents = [*self._history.states, *drafts]
+            self._store.unpin_others({stroke.frame for document in documents for stroke in document.strokes})
         self._strip.ask(self._history.document)
         self._audience.tell("state", **self._state())
         self._audience.refresh()
@@ -272,9 +278,9 @@ class TuneSession:
             self._trial[1].cancel()
             del self._guesses[self._trial[0]]
         self._guesses[asked] = False
-        self._trial = asked, self._do(viewer, self._try_guess(viewer, index, document))
+        self._trial = asked, self._do(viewer, self._try_guess(index, document))
 
-    async def _try_guess(self, viewer: Viewer, index: int, document: TuneDocument) -> None:
+    async def _try_guess(self, index: int, document: TuneDocument) -> None:
         """Try the strokes along a guess on frames all over the video, and offer it where they find as many objects."""
         while not self._store.ended:
             await asyncio.sleep(_LIVE_PERIOD_S)
@@ -288,7 +294,7 @@ class TuneSession:
                 return
             held += await self._in_pool(functools.partial(self._finds, tried, frame, len(guess)))
         self._guesses[index, document] = 2 * held > len(some)
-        viewer.refresh()
+        self._audience.refresh()  # those whose trial this one took the place of ask again
 
     def _finds(self, document: TuneDocument, frame: Frame, count: int) -> bool:
         """Return whether a document finds so many objects in a frame, and little else."""
@@ -420,7 +426,9 @@ class TuneSession:
     def _follow_camera(self) -> None:
         """Show the newest frame to all who look at no other, again and again."""
         assert self._loop is not None
+        ended = self._store.ended  # before the look: no frame comes after it
         for viewer, look in self._looks.items():
             if look.index is None:
                 viewer.refresh()
-        self._loop.call_later(_LIVE_PERIOD_S, self._follow_camera)
+        if not ended:
+            self._loop.call_later(_LIVE_PERIOD_S, self._follow_camera)

@@ -233,10 +233,12 @@ class ViewSession(ViewFeed):
         *,
         length: int | None = None,
         live: bool = False,
+        once: bool = False,
         fps: float | None = None,
     ) -> None:
         super().__init__(name, length=length, live=live, objects=config.linking.objects)
         self._frames, self._config = frames, config
+        self._once = live or once
         self._playback = Playback(None if live else fps or DEFAULT_FPS, needs_viewers=not live)
         self._failure: BaseException | None = None
         self._thread = Thread(target=self._run, name="dloftbs-view", daemon=True)
@@ -278,8 +280,8 @@ class ViewSession(ViewFeed):
             case Loop():
                 self._playback.steer(loop=message.loop)
             case Restart():
-                if self._live:
-                    raise InputError("a camera has no beginning")
+                if self._once:
+                    raise InputError("a stream has no beginning to go back to")
                 self._playback.restart()
             case SetObjects():
                 self._config = self._config.replace({"linking.objects": message.objects})
@@ -307,9 +309,9 @@ class ViewSession(ViewFeed):
         try:
             while True:
                 whole = self._one_pass()
-                if whole and (self._live or not self._playback.loop):
+                if whole and (self._once or not self._playback.loop):
                     self.end()
-                if self._live or not self._playback.wait_for_restart():
+                if self._once or not self._playback.wait_for_restart():
                     return
                 self._ended = False
                 self.tell_state()

@@ -70,7 +70,7 @@ def background(
     named = where[0] if len(where) == 1 else where
     with sources.open(named, kind="image", topic=topic) as source, interrupted() as stop:
         picture = median_background(until_stopped(source, stop))
-        if stop() and not source.live:  # the older picture is better than the median of a part
+        if stop() and not (source.live or source.single_pass):  # the older picture is better than the median of a part
             raise KeyboardInterrupt
     write_whole(out, as_png(picture))
     click.echo(f"{out}: the background of {used} frame{'s' * (used != 1)}", err=True)

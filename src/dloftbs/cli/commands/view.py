@@ -51,7 +51,8 @@ def view(
             config,
             source.name,
             length=source.length,
-            live=source.live or source.single_pass,
+            live=source.live or (source.single_pass and source.length is None),
+            once=source.single_pass,
             fps=source.fps and source.fps / every,
         )
         with served(session, page), interrupted() as stop:

@@ -31,6 +31,7 @@ export class Tune {
     this.sendDraft = oncePerRefresh(() => this.draft());
     /** @type {[number, number][]} */
     this.waiting = [];
+    this.before = { playing: false, live: false };
     this.region = new RegionTool(stage, (region) => connection.send({ type: "region", ...region }), () => this.showTool());
     this.brush = new Brush(stage, {
       tool: () => /** @type {any} */ (this.region.kind || this.state.method === "ranges" || this.tool === "delete" ? "pick" : this.tool),
@@ -40,7 +41,7 @@ export class Tune {
         this.waiting = points;
         if (this.region.kind) this.region.moved(points);
         else if (points.length > 0) this.sendDraft();
-        else if (this.draws) this.seek(this.drawnOn); // which ends the draft
+        else if (this.draws) this.letGo();
       },
       done: (points) => this.finish(points),
     });
@@ -174,9 +175,17 @@ export class Tune {
   /** Stay at the frame that is shown: what the pointer does belongs to it. */
   hold() {
     if (!this.draws) return;
+    this.before = { playing: this.playing, live: this.follows };
     this.stop();
     this.drawnOn = this.stage.header.index;
     if (this.follows || this.index !== this.drawnOn) this.seek(this.drawnOn);
+  }
+
+  /** Go on as before `hold`; to seek ends the draft. */
+  letGo() {
+    this.playing = this.before.playing;
+    this.showPlay();
+    this.seek(this.before.live ? null : this.drawnOn);
   }
 
   togglePlay() {
