@@ -36,9 +36,9 @@ def centre_x(frame) -> float:
 class FakeCapture:
     """Plays a list, None standing for a failed read, and fails when it is through."""
 
-    def __init__(self, opened, reads, fps=0.0):
+    def __init__(self, opened, reads, fps=0.0, count=0.0):
         self.reads, self.at, self.released = reads, 0, False
-        self.values = {cv2.CAP_PROP_FPS: fps}
+        self.values = {cv2.CAP_PROP_FPS: fps, cv2.CAP_PROP_FRAME_COUNT: count}
         opened.append(self)
 
     def isOpened(self):
@@ -231,6 +231,17 @@ def test_address_keeps_its_password(fake):
     with sources.open("rtsp://me:secret@10.0.0.1/live") as source:
         assert source.name == "rtsp://***@10.0.0.1/live"
         assert "secret" not in next(iter(source)).name
+
+
+@pytest.mark.parametrize(
+    ("where", "count", "length"),
+    [("http://host/a.mp4", 3.0, 3), ("http://host/a.mjpg", -1.0, None), ("rtsp://host/a", 3.0, None), (0, 3.0, None)],
+)
+def test_a_file_at_an_address_has_a_length_and_a_stream_has_none(fake, where, count, length):
+    fake(pictures("xyz"), fps=30.0, count=count)
+    source = sources.open(where)
+    assert (source.length, source.exact_length) == (length, None)
+    assert (source.live, source.single_pass) == (not str(where).startswith("http"), True)
 
 
 def test_what_cannot_be_opened(fake):
