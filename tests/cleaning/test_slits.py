@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from linking_examples import draw
 
 from dloftbs.cleaning import clean
 from dloftbs.cleaning.slits import close_slits
@@ -42,3 +44,14 @@ def test_only_where_objects_branch():
     assert branched is not None
     assert int(branched.pixels.sum()) == 23 * 260
     assert int(plain.pixels.sum()) <= int(branched.pixels.sum())
+
+
+@pytest.mark.parametrize("width", [6.0, 7.0, 8.0, 11.0])
+def test_a_wedge_is_closed_alike_however_it_lies(width):
+    mask = draw([(20, 60), (380, 90)], [(20, 68), (380, 160)], width=width)
+    rows, columns = np.nonzero(mask)
+    framed = np.pad(mask[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1], 1)
+    closed = close_slits(framed)
+    assert (closed != framed).any()
+    for turned in (np.transpose, np.flipud, np.fliplr):
+        assert (close_slits(np.ascontiguousarray(turned(framed))) == turned(closed)).all()

@@ -28,9 +28,10 @@ def close_slits(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     """
     outlines, _ = cv2.findContours(pixels, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
     reach = round(_WIDEST_WIDTHS * int(pixels.sum()) / sum(map(len, outlines)))
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
+    rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+    disc = (np.hypot(rows, columns) <= reach + 0.5).astype(np.uint8)  # OpenCV's ellipses are not those of the transpose
     framed = cv2.copyMakeBorder(pixels[1:-1, 1:-1], reach, reach, reach, reach, cv2.BORDER_REPLICATE)
     closed = np.zeros_like(pixels)
-    rows, columns = pixels.shape[0] - 2, pixels.shape[1] - 2
-    closed[1:-1, 1:-1] = cv2.morphologyEx(framed, cv2.MORPH_CLOSE, disc)[reach : reach + rows, reach : reach + columns]
+    height, width = pixels.shape[0] - 2, pixels.shape[1] - 2
+    closed[1:-1, 1:-1] = cv2.morphologyEx(framed, cv2.MORPH_CLOSE, disc)[reach : reach + height, reach : reach + width]
     return closed
