@@ -123,10 +123,10 @@ def _is_under(graph: Graph, matching: EndMatching, i: int, j: int) -> bool:
     if not 0.0 < length <= _MAX_UNDER_WIDTHS * graph.width:
         return False
     steps = np.stack((branches.points[:-1], branches.points[1:]), axis=1)
-    copies = [first for first, _ in branches.spans[graph.branch_count :]]  # behind all of the graph's, loops among them
-    steps = np.delete(
-        steps, np.array([*graph.offsets[1:-1].tolist(), *copies], np.int64) - 1, axis=0
-    )  # between branches
+    # No cable leads from one branch or loop to the next, nor from there to the duplicates, whose points come last.
+    duplicates = [first for first, _ in branches.spans[graph.branch_count :]]
+    starts = np.array([*graph.offsets[1:-1].tolist(), *duplicates], np.int64)
+    steps = np.delete(steps, starts - 1, axis=0)
     # Where the gap starts at the edge of the cable over it, that cable has a junction: no branch has points there.
     through = [(a, b) for a, b in enumerate(matching.partner) if a < b and matching.is_crossing(a)]
     if through:
