@@ -159,6 +159,46 @@ def test_sliders_and_a_click_on_the_cable(open_page):
         page.locator(".range").wait_for()
 
 
+def test_a_late_answer_undoes_no_newer_change(chromium):
+    held, routes = [], []
+
+    def hold_states(route):
+        routes.append(route)
+        is_state = re.compile('"type":"state"').search
+        server = route.connect_to_server()
+        server.on_message(lambda text: (held.append if isinstance(text, str) and is_state(text) else route.send)(text))
+
+    def answer(page):
+        wait_for(lambda: page.wait_for_timeout(20) or held)
+        routes[0].send(held.pop(0))
+        page.wait_for_timeout(50)  # the page has taken it in
+
+    with tuning() as address, chromium.new_context(viewport={"width": 1000, "height": 700}) as context:
+        page = context.new_page()
+        page.route_web_socket("**/socket", hold_states)
+        page.goto(address.url)
+        answer(page)
+        for button in ("#method-ranges", "#add-range"):
+            page.click(button)
+            answer(page)
+        low = page.get_by_label("Value from, range 1")
+        before = int(low.input_value())
+        low.focus()
+        for count in (1, 2):
+            page.keyboard.press("ArrowRight")
+            wait_for(lambda count=count: page.wait_for_timeout(20) or len(held) == count)
+        answer(page)  # to the first
+        assert low.input_value() == str(before + 2)
+        page.keyboard.press("ArrowRight")
+        for _ in range(2):
+            answer(page)
+        assert low.input_value() == str(before + 3)
+        assert text_of(page, ".bounds:nth-of-type(4)").endswith(f"{before + 3} to 255")
+        page.click("#undo")
+        answer(page)
+        assert low.input_value() == str(before + 2)
+
+
 def test_the_guess_the_help_sheet_and_the_layers(open_page):
     with tuning() as address:
         page = open_page(address)

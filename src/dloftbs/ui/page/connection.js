@@ -59,6 +59,30 @@ export class Connection {
   }
 }
 
+/** Values that were sent and are not back in a state of the server: an older answer undoes no newer change. */
+export class Unanswered {
+  constructor() {
+    /** @type {string[]} */
+    this.sent = [];
+  }
+
+  /** @param {any} value */
+  add(value) {
+    this.sent.push(JSON.stringify(value));
+  }
+
+  /**
+   * Take a value of the server's state in, and return whether it is to be shown: no newer one is on its way there.
+   * @param {any} value
+   * @returns {boolean}
+   */
+  isNewest(value) {
+    const at = this.sent.lastIndexOf(JSON.stringify(value));
+    this.sent = at < 0 ? [] : this.sent.slice(at + 1); // another one is somebody else's, or of a new connection
+    return this.sent.length === 0;
+  }
+}
+
 /**
  * Take a binary message apart: 4 bytes with the length of the header, the header in JSON, the parts.
  * @param {ArrayBuffer} data

@@ -1,5 +1,6 @@
 // Sliders for ranges of hue, saturation and value; a hue may wrap around 0.
 
+import { Unanswered } from "./connection.js";
 import { make } from "./dom.js";
 
 /** @typedef {[number, number, number, number, number, number]} Range hue, saturation and value, each from and to */
@@ -34,7 +35,11 @@ export class Ranges {
    */
   constructor(box, changed) {
     this.box = box;
-    this.changed = changed;
+    this.unanswered = new Unanswered();
+    this.changed = (/** @type {Range[]} */ ranges, /** @type {boolean} */ done) => {
+      if (done) this.unanswered.add(ranges); // a draft has no answer
+      changed(ranges, done);
+    };
     /** @type {Range[]} */
     this.ranges = [];
     this.dragging = false;
@@ -42,7 +47,8 @@ export class Ranges {
 
   /** @param {Range[]} ranges */
   show(ranges) {
-    if (this.dragging || JSON.stringify(ranges) === JSON.stringify(this.ranges)) return;
+    const isNewest = this.unanswered.isNewest(ranges);
+    if (this.dragging || !isNewest || JSON.stringify(ranges) === JSON.stringify(this.ranges)) return;
     this.ranges = ranges.map((range) => /** @type {Range} */ ([...range]));
     this.box.replaceChildren(...this.ranges.map((_, i) => this.row(i)));
   }

@@ -1,6 +1,7 @@
 // Tuning: strokes and sliders in, picture, mask and curves back.
 
 import { Brush, paintStroke } from "./brush.js";
+import { Unanswered } from "./connection.js";
 import { bindCables, byId, fillList, oncePerRefresh, press, showCables, toast } from "./dom.js";
 import { Ranges, rangeAround } from "./ranges.js";
 import { RegionTool } from "./region.js";
@@ -74,11 +75,13 @@ export class Tune {
     byId("live").onclick = () => this.seek(null);
     byId("copy").onclick = () => this.copy();
     bindCables(byId("cables"), (objects) => this.connection.send({ type: "objects", objects }));
+    this.heights = new Unanswered();
     const height = (/** @type {boolean} */ done) => {
       const used = byId("use-height").checked;
       byId("height").disabled = !used;
       byId("height-mm").textContent = `${byId("height").value} mm`;
       const height_m = used ? Number(byId("height").value) / 1000 : null;
+      if (done) this.heights.add(height_m);
       this.connection.send({ type: "height", height_m, join: this.state.join, done });
     };
     for (const join of ["and", "or"]) {
@@ -259,15 +262,12 @@ export class Tune {
     byId("redo").disabled = !state.can_redo;
     byId("clear").disabled = state.strokes.length === 0 && state.others === 0 && state.ranges.length === 0 && state.height_m === null;
     byId("live").hidden = !state.live;
-    byId("use-height").checked = state.height_m !== null;
     byId("accept-strokes").checked = state.accept_strokes;
-    byId("height").disabled = state.height_m === null;
+    if (this.heights.isNewest(state.height_m)) this.showHeight(state.height_m);
     for (const join of ["and", "or"]) {
       press(byId(`join-${join}`), state.join === join);
       byId(`join-${join}`).disabled = state.height_m === null;
     }
-    if (state.height_m !== null) byId("height").value = String(Math.round(1000 * state.height_m));
-    byId("height-mm").textContent = `${byId("height").value} mm`;
     byId("stroke-count").textContent = told(state.strokes, state.others);
     byId("save").textContent = state.target ? `Save ${state.target.split(/[\\/]/).pop()}` : "Show settings";
     showCables(byId("cables"), state.objects);
@@ -277,6 +277,14 @@ export class Tune {
     this.showPosition();
     this.showTool();
     this.stage.paint();
+  }
+
+  /** @param {?number} height_m */
+  showHeight(height_m) {
+    byId("use-height").checked = height_m !== null;
+    byId("height").disabled = height_m === null;
+    if (height_m !== null) byId("height").value = String(Math.round(1000 * height_m));
+    byId("height-mm").textContent = `${byId("height").value} mm`;
   }
 
   /** @param {any} strip */
