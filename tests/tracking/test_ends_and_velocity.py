@@ -136,10 +136,17 @@ def test_the_velocity_in_space_is_unknown_after_a_cut_until_two_frames_show_the_
     motion = Motion(is_known=True, velocity_3d=np.zeros((SAMPLES, 3)), points_3d=np.zeros((SAMPLES, 3)))
     motion.resample(0.5 * U)
     half = line((0.0, 0.0, 1.0), (0.5, 0.0, 1.0))
-    motion.measure_in_space(half, FRAME_S)
+    motion.measure_in_space(half, 0.5, FRAME_S)
     assert motion.velocity_3d is None
-    motion.measure_in_space(half, FRAME_S)
+    motion.measure_in_space(half, 0.5, FRAME_S)
     np.testing.assert_allclose(motion.velocity_3d, np.zeros((SAMPLES, 3)), atol=1e-12)
+
+
+def test_depth_that_jumps_is_no_motion() -> None:
+    motion = Motion(is_known=True)
+    for z in (1.0, 1.0, 1.3):
+        motion.measure_in_space(line((0.0, 0.0, z), (0.5, 0.0, z)), 0.5, FRAME_S)
+    assert motion.velocity_3d is None
 
 
 def test_stamps_that_come_in_bursts_make_no_velocity() -> None:

@@ -7,6 +7,7 @@ import pytest
 from builders import curve_through, detection_of
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.detection import Detection
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.tracking import Tracker
 
@@ -14,6 +15,10 @@ FRAMES = 60
 SIZE = (720, 1280)
 CAMERA = PinholeCamera(800.0, 800.0, 640.0, 360.0)
 BARS = {"middle": (600, 680), "end": (760, 1280)}
+COLUMNS = np.arange(SIZE[1])
+BAR = OcclusionEvidence(
+    depth=np.tile(np.where((COLUMNS >= 600) & (COLUMNS < 680), 0.3, 1.9), (SIZE[0], 1)), camera=CAMERA
+)
 
 
 def bodies() -> list[np.ndarray]:
@@ -80,19 +85,37 @@ class TestPartlyHidden:
 @pytest.mark.parametrize("body", bodies())
 def test_a_part_whose_depth_jumps_makes_its_track_no_shorter(body):
     """Beside an occluder a part may have another thing's depth: it is too long in space, with what is between them."""
-    tracker, points = Tracker(), posed(body, "stays", 0.0)
-    seen = CAMERA.project(points)
-    visible = np.split(np.arange(len(points)), np.flatnonzero(np.diff((seen[:, 0] < 600) | (seen[:, 0] >= 680))) + 1)
-    depth = np.full(SIZE, 1.9)
-    depth[:, 600:680] = 0.3
-    evidence = OcclusionEvidence(depth=depth, camera=CAMERA)
-    for _ in range(12):
-        tracker.update([detection_of(curve_through(seen[::2]), curve_through(points[::2]))], size=SIZE)
+    tracker, points = seen_whole(body)
     length = tracker.tracks[0].curve.length
     for jump_m in (0.0, 0.25, 0.25, 0.0):
-        wrong = points.copy()
-        last = visible[0][-40:]
-        wrong[last] *= (1.0 - jump_m * np.linspace(0.0, 1.0, 40) / points[last, 2])[:, None]  # along the rays
-        parts = [detection_of(curve_through(seen[k][::2]), curve_through(wrong[k][::2])) for k in visible[::2]]
-        (track,) = tracker.update(parts, size=SIZE, occlusion=evidence)
+        (track,) = tracker.update(parts_beside_a_bar(points, jump_m), size=SIZE, occlusion=BAR)
         assert track.curve.length == pytest.approx(length, rel=0.02)
+
+
+@pytest.mark.parametrize("body", bodies())
+def test_a_part_whose_depth_jumps_is_in_space_where_it_is_seen(body):
+    tracker, points = seen_whole(body)
+    for _ in range(8):
+        points = points + np.array([0.0, 0.01, 0.0])
+        (track,) = tracker.update(parts_beside_a_bar(points, 0.25), size=SIZE, occlusion=BAR)
+        projected, on_curve = CAMERA.project(track.curve_3d.sample(201)), track.curve.sample(201)
+        ends = np.linalg.norm(projected - on_curve, axis=1)[[0, -1]]
+        assert ends.max() < 4.0
+
+
+def seen_whole(body: np.ndarray) -> tuple[Tracker, np.ndarray]:
+    """Return a tracker that has seen all of a body for some frames, and its points."""
+    tracker, points = Tracker(), posed(body, "stays", 0.0)
+    for _ in range(12):
+        whole = detection_of(curve_through(CAMERA.project(points)[::2]), curve_through(points[::2]))
+        tracker.update([whole], size=SIZE)
+    return tracker, points
+
+
+def parts_beside_a_bar(points: np.ndarray, jump_m: float) -> list[Detection]:
+    """Return what a bar leaves of a body; towards it the depth of the first part comes nearer, by so much."""
+    seen, wrong = CAMERA.project(points), points.copy()
+    visible = np.split(np.arange(len(points)), np.flatnonzero(np.diff((seen[:, 0] < 600) | (seen[:, 0] >= 680))) + 1)
+    last = visible[0][-40:]
+    wrong[last] *= (1.0 - jump_m * np.linspace(0.0, 1.0, 40) / points[last, 2])[:, None]  # along the rays
+    return [detection_of(curve_through(seen[k][::2]), curve_through(wrong[k][::2])) for k in visible[::2]]

@@ -84,6 +84,8 @@ class TrackModel:
         Curve published instead of the track's own while only a part of it is visible.
     detection : Detection or None
         The last frame's, in the track's direction.
+    shape_3d : BSplineCurve or None
+        The curve in space when the whole object was last seen, or was as long as it is.
     camera : PinholeCamera or None
         The last one that `curve_3d` is in the frame of.
     belief : Belief
@@ -111,6 +113,7 @@ class TrackModel:
     missing_s: float = 0.0
     visible: VisibleCurve | None = None
     detection: Detection | None = None
+    shape_3d: BSplineCurve | None = None
     camera: PinholeCamera | None = None
     belief: Belief = field(default_factory=Belief)
     existence: Belief = field(default_factory=Belief)
@@ -130,6 +133,7 @@ class TrackModel:
             Sight.of_whole(observation.gaps),
             appearance=observation.appearance,
             detection=observation.detection,
+            shape_3d=observation.curve_3d,
         )
 
     @property
@@ -185,6 +189,7 @@ class TrackModel:
         """Adopt an observation of the whole object, in the track's direction."""
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
         self.points = self.shape = observation.points
+        self.shape_3d = observation.curve_3d
         self.belief.add(observation.log_odds)
         if observation.contiguous:
             self.lengths.rescale(observation.px_per_m, observation.width)
@@ -242,7 +247,7 @@ class TrackModel:
         if self.detection is not None and self.detection.camera is not None:
             self.camera = self.detection.camera
         if self.curve_3d is not None or self.motion.points_3d is not None:
-            self.motion.measure_in_space(self.curve_3d, dt)
+            self.motion.measure_in_space(self.curve_3d, self.lengths.metres, dt)
 
     def record(self, kinds: tuple[EndKind, EndKind] | None) -> None:
         """Record the length and the ends of the object in the last frame: those that nothing cuts there."""

@@ -15,6 +15,8 @@ from dloftbs.tracking.kernels.interpolation import filter_velocity, interpolate,
 JUMP_SHARE = 0.1
 """Share of the length: a sample that moved farther, or a length that changed by more, says nothing about the motion.
 
+In space it is the depth that jumps, where it goes over to another thing.
+
 Source: by hand.
 """
 
@@ -64,15 +66,19 @@ class Motion:
         elif dt >= _MIN_STEP_S:
             self.velocity = filter_velocity(self.velocity, before, now, dt, _VELOCITY_GAIN)
 
-    def measure_in_space(self, curve_3d: BSplineCurve | None, dt: float) -> None:
-        """Take the step of the curve in space since the last frame into its velocity."""
+    def measure_in_space(self, curve_3d: BSplineCurve | None, metres: float, dt: float) -> None:
+        """Take the step of the curve in space, so many metres long, since the last frame into its velocity."""
         before, self.points_3d = self.points_3d, None if curve_3d is None else sample_curve(curve_3d)[0]
         if before is None or self.points_3d is None or not self.is_known:
+            self.velocity_3d = None
+            return
+        step = self.points_3d - before
+        if np.abs(step).max() > JUMP_SHARE * metres:
             self.velocity_3d = None
         elif dt < _MIN_STEP_S:
             return
         elif self.velocity_3d is None:
-            self.velocity_3d = (self.points_3d - before) / dt
+            self.velocity_3d = step / dt
         else:
             self.velocity_3d = filter_velocity(self.velocity_3d, before, self.points_3d, dt, _VELOCITY_GAIN)
 

@@ -51,7 +51,7 @@ def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
     model.motion.step(model.points, observation.points, dt, is_known=is_known)
     model.update_whole(observation)
     if observation is not match.observation:
-        model.curve_3d = restart_in_space(match.observation, start)
+        model.curve_3d = model.shape_3d = restart_in_space(match.observation, start)
 
 
 def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: float) -> list[PartialMatch]:
@@ -59,13 +59,13 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     # A part of a detection does not make its track longer: another object may continue there.
     matches = [match.clip_to_track() for match in shown.matches]
     metres = model.lengths.metres
-    curve_3d, parts = reconstruct_in_space(model.curve_3d, shown.scope, metres, matches, view)
+    model.curve_3d, parts = reconstruct_in_space(model.shape_3d, shown.scope, metres, matches, view)
     placed = None
-    # Beside an occluder depth may jump: what lies farther apart than the cable is long changes nothing in space.
+    # Beside an occluder depth may jump: what lies farther apart than the cable is long says nothing of what is hidden.
     longest_m = metres + model.position_tolerance_px / model.lengths.px_per_m
-    if curve_3d is None or not sample_curve(curve_3d)[1] > longest_m:
-        model.curve_3d = curve_3d
-        placed = None if curve_3d is None else place_by_space(curve_3d, metres, matches, parts, view)
+    if model.curve_3d is None or not sample_curve(model.curve_3d)[1] > longest_m:
+        model.shape_3d = model.curve_3d
+        placed = None if model.curve_3d is None else place_by_space(model.curve_3d, metres, matches, parts, view)
     if placed is None:
         _follow_view(model, matches)
         old, _ = sample_curve(model.curve, *shown.scope, CURVE_SAMPLES)
