@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from builders import detection_of, line
+from builders import curve_through, detection_of, line
 
 from dloftbs import BSplineCurve, PinholeCamera, Tracker
 from dloftbs.data.curve_samples import sample_curve
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.reconstruction import EVEN_U, fit_samples
+from dloftbs.tracking.reconstruction import EVEN_U, cut, fit_samples
 
 CAMERA = PinholeCamera(600.0, 600.0, 320.0, 240.0)
 SIZE = (480, 640)
@@ -68,6 +70,39 @@ def test_what_is_hidden_of_a_tilted_cable_is_the_same_stretch_in_the_image_and_i
     assert seen_columns(track.curve_3d, (0.0, 1.0)) == pytest.approx(
         [track.curve.start[0], track.curve.end[0]], abs=3.0
     )
+
+
+def test_a_hidden_cable_moves_in_space_as_in_the_image_where_its_motion_there_is_unknown():
+    """Its depth jumped in the last frame that showed it."""
+    tracker, ground = Tracker(), np.full(SIZE, 3.0, np.float32)
+    for k in range(8):
+        depth_m = 1.5 if k == 7 else 1.0
+        columns = np.linspace(150.0, 450.0, 12) + 4.0 * k
+        points = np.stack(((columns - CAMERA.cx) / CAMERA.fx, 0.0 * columns, 1.0 + 0.0 * columns), axis=1) * depth_m
+        seen = replace(detection_of(curve_through(CAMERA.project(points)), curve_through(points)), camera=CAMERA)
+        (track,) = tracker.update([seen], k / 30, SIZE, occlusion=OcclusionEvidence(depth=ground, camera=CAMERA))
+    assert track.velocity_3d is None
+    covered = np.full(SIZE, 0.3, np.float32)
+    for k in range(8, 12):
+        (track,) = tracker.update([], k / 30, SIZE, occlusion=OcclusionEvidence(depth=covered, camera=CAMERA))
+    assert track.curve.start[0] > 150.0 + 4.0 * 8
+    np.testing.assert_allclose(CAMERA.project(track.curve_3d.start[None])[0], track.curve.start, atol=0.5)
+
+
+def test_what_is_hidden_is_less_sure_in_space_the_farther_from_what_is_seen():
+    curve, curve_3d = tilted()
+    tracker, ground = Tracker(), np.full(SIZE, 3.0, np.float32)
+    for k in range(12):
+        whole = replace(detection_of(curve, curve_3d), camera=CAMERA)
+        tracker.update([whole], k / 30, SIZE, occlusion=OcclusionEvidence(depth=ground, camera=CAMERA))
+    ground[:, 320:] = 0.3
+    evidence = OcclusionEvidence(depth=ground, camera=CAMERA)
+    half_3d = cut(curve_3d, View(SIZE, evidence).span_in_space(curve_3d, (0.0, 0.5)))
+    seen = replace(detection_of(cut(curve, (0.0, 0.5)), half_3d), camera=CAMERA)
+    (track,) = tracker.update([seen], 0.4, SIZE, occlusion=evidence)
+    near, far, farther = track.curve_3d_std([0.2, 0.7, 0.95])
+    assert track.curve_3d.length > 1.5 * half_3d.length
+    assert near < 0.002 < far < farther - 0.002
 
 
 def test_the_end_of_a_part_is_as_far_as_that_part_ends():

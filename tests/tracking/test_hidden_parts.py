@@ -24,6 +24,15 @@ def is_covered(intervals, u: float) -> bool:
 
 
 class TestHidden:
+    def test_its_width_is_that_of_what_was_seen_last(self):
+        tracker = Tracker()
+        for _ in range(KNOWN):
+            tracker.update([detection_of(wave(), radius=4.0)])
+        for radius in (4.0, 4.4, 4.8, 5.3):
+            parts = [detection_of(part(wave(), *span), radius=radius) for span in ((0.0, 0.3), (0.5, 1.0))]
+            (track,) = tracker.update(parts)
+            assert track.width_px == pytest.approx(2.0 * radius)
+
     @pytest.mark.parametrize("flip", [False, True])
     @pytest.mark.parametrize("hidden", [(0.3, 0.5), (0.45, 0.75)])
     def test_two_parts_of_one_cable_are_one_track(self, hidden, flip):
@@ -151,6 +160,16 @@ class TestPlainSight:
         tracker = Tracker()
         see(tracker, wave())
         assert ids(see(tracker, other.transformed(np.eye(2), [900.0, 900.0]))) == [2]
+
+    def test_a_loop_keeps_its_start(self):
+        tracker = Tracker()
+        for k in range(8):
+            (track,) = see(tracker, loop(95.0, (300.0, 300.0), 0.3 * k))
+        start = track.curve.start
+        (track,) = see(tracker, loop(95.0, (370.0, 300.0), 2.0))
+        assert track.id == 1
+        np.testing.assert_allclose(track.curve.start - start, (70.0, 0.0), atol=5.0)
+        np.testing.assert_allclose(track.velocity, np.tile((70.0 / FRAME_S, 0.0), (len(track.velocity), 1)), atol=500.0)
 
     def test_by_its_length_in_space_where_there_is_one(self):
         tracker = Tracker()

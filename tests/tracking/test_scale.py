@@ -103,6 +103,20 @@ def test_a_part_whose_depth_jumps_is_in_space_where_it_is_seen(body):
         assert ends.max() < 4.0
 
 
+@pytest.mark.parametrize("body", bodies())
+@pytest.mark.parametrize("dark", [0, 1])
+def test_a_part_without_depth_is_not_measured_in_space(body, dark):
+    tracker, points = seen_whole(body)
+    parts = parts_beside_a_bar(points, 0.0)
+    parts[dark] = Detection(parts[dark].centerline, parts[dark].curve)
+    (track,) = tracker.update(parts, size=SIZE, occlusion=BAR)
+    share = parts[0].curve.length / track.curve.length
+    edge = 0.95 * share if dark == 0 else 1.0 - 0.95 * (1.0 - share)
+    assert sum(high - low for low, high in track.inferred_3d) > 0.99 * (share if dark == 0 else 1.0 - share)
+    assert any(low <= edge <= high for low, high in track.inferred_3d)
+    assert not any(low <= 0.5 * (share if dark else 1.0 + share) <= high for low, high in track.inferred_3d)
+
+
 def seen_whole(body: np.ndarray) -> tuple[Tracker, np.ndarray]:
     """Return a tracker that has seen all of a body for some frames, and its points."""
     tracker, points = Tracker(), posed(body, "stays", 0.0)

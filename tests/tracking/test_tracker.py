@@ -283,6 +283,23 @@ class TestSmoothing:
         (track,) = shown_for(tracker, 10, shape)
         assert error_px(track.curve, shape) < 0.1
 
+    def test_it_begins_anew_in_space_after_frames_without_a_curve_there(self):
+        tracker = Tracker(TrackingConfig(smoothing_s=0.2))
+        for step in range(60):
+            y = 4.0 * step
+            curve_3d = None if 20 <= step < 50 else line((0.0, 0.002 * y, 1.0), (1.0, 0.002 * y, 1.0))
+            (track,) = tracker.update([detection_of(level(y), curve_3d)], stamp=step / 30.0)
+            if step == 50:
+                assert track.curve_3d.start[1] == pytest.approx(0.002 * y)
+
+    def test_it_begins_anew_where_a_curve_jumps(self):
+        """One object is seen alone: however far it moves, it is the same."""
+        tracker = Tracker(TrackingConfig(smoothing_s=0.2))
+        shown_for(tracker, 10, wave())
+        (track,) = see(tracker, wave((0.0, 300.0)))
+        assert track.id == 1
+        assert error_px(track.curve, wave((0.0, 300.0))) < 0.1
+
 
 class TestBareCurves:
     def test_curves_with_and_without_widths_are_followed(self):

@@ -169,11 +169,13 @@ def deviation(terms: FloatArray, weights: FloatArray) -> FloatArray:
     return result
 
 
-def with_hidden(std: FloatArray, u: FloatArray, spans: Spans, length: float, margin: float) -> FloatArray:
-    """Return deviations (n,) with what more a track is unsure of where it is hidden."""
+def with_hidden(
+    std: FloatArray, u: FloatArray, spans: Spans, length: float, margin: float, weight: float = WEIGHTS[-1]
+) -> FloatArray:
+    """Return deviations (n,) with what more a track is unsure of where it is hidden: by default, in the image."""
     hidden = depth_inside(u, spans) * length
     hidden[hidden > 0.0] += margin
-    result: FloatArray = np.hypot(std, WEIGHTS[-1] * hidden)
+    result: FloatArray = np.hypot(std, weight * hidden)
     return result
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.data.detection import Detection
-from dloftbs.data.deviation import with_hidden
+from dloftbs.data.deviation import WEIGHTS, WEIGHTS_3D, with_hidden
 from dloftbs.data.object_shape import ObjectShape
 from dloftbs.data.spans import Spans, outside
 from dloftbs.data.u_mapping import is_in_front, known_in_space, to_image, to_space
@@ -59,6 +59,26 @@ class EndKind(str, Enum):
     """The frame does not show this end: it was inferred, or something is known to hide what may follow."""
     HELD = "held"
     """A gripper of the frame holds this end, whether the frame shows it or not."""
+
+
+class SeenPart(NamedTuple):
+    """A detection that shows a part of a track, in the track's direction: spans of the splines' own parameters."""
+
+    detection: Detection
+    track_span: tuple[float, float]
+    curve_span: tuple[float, float]
+
+    def without_depth(self) -> Spans:
+        """Return the spans of the track of whose depth the detection says nothing."""
+        if self.detection.curve_3d is None:
+            return (self.track_span,)
+        (low, high), (first, last) = self.track_span, self.curve_span
+        curve, unknown = self.detection.curve, self.detection.inferred_3d
+        if self.detection.camera is not None and is_in_front(self.detection.curve_3d):
+            unknown = tuple([(float(a), float(b)) for a, b in map(self.detection.u_2d, unknown)])
+        clipped = [np.clip(curve.t_at(span), first, last).tolist() for span in unknown]
+        places = [((a - first) / (last - first), (b - first) / (last - first)) for a, b in clipped if b > a]
+        return tuple([(low + a * (high - low), low + b * (high - low)) for a, b in places])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -157,6 +177,7 @@ class Track(ObjectShape):
         fitted_velocity: FloatArray | None = None,
         fitted_velocity_3d: FloatArray | None = None,
         camera: PinholeCamera | None = None,
+        fitted_parts: tuple[SeenPart, ...] = (),
     ) -> Track:
         """Make what the constructor makes, faster, from intervals and velocities by the splines' own parameters."""
         track = cls.__new__(cls)
@@ -173,7 +194,14 @@ class Track(ObjectShape):
             ends=ends,
             camera=camera,
             _fitted=(fitted_inferred, fitted_velocity, fitted_velocity_3d),
+            _fitted_parts=fitted_parts,
         )
+        return track
+
+    def _with(self, **values: object) -> Track:
+        """Return a copy with other values, unchecked, that say nothing about the curves."""
+        track = Track.__new__(Track)
+        track.__dict__.update(self.__dict__, **values)
         return track
 
     if not TYPE_CHECKING:  # where it would vouch for any name
@@ -203,12 +231,22 @@ class Track(ObjectShape):
         """The intervals of the ``u`` of `curve_3d`, ascending, that this frame or its depth does not show."""
         if self.curve_3d is None:
             return ()
-        spans = list(self.inferred)
-        if self.camera is not None and is_in_front(self.curve_3d):
-            spans = [(float(low), float(high)) for low, high in map(self.u_3d, spans)]
-        if self.detection is not None:
+        spans = self._unknown_in_space(self._parts)
+        if self.detection is not None and not self._parts:
             spans += _spans_on(self.curve_3d, self.detection.curve_3d, self.detection.inferred_3d)
         return outside(outside(spans))
+
+    @property
+    def _parts(self) -> tuple[SeenPart, ...]:
+        return self.__dict__.get("_fitted_parts", ())
+
+    def _unknown_in_space(self, parts: Iterable[SeenPart]) -> list[tuple[float, float]]:
+        """Return the intervals of the ``u`` of `curve_3d` that are inferred, or whose depth some parts do not show."""
+        fitted = tuple(span for part in parts for span in part.without_depth())
+        spans = [*self.inferred, *spans_by_length(self.curve, fitted)]
+        if self.camera is None or self.curve_3d is None or not is_in_front(self.curve_3d):
+            return spans
+        return [(float(low), float(high)) for low, high in map(self.u_3d, spans)]
 
     def u_3d(self, u: npt.ArrayLike) -> FloatArray:
         """Return the ``u`` on `curve_3d` of the places that have these on `curve`, in the same shape.
@@ -256,7 +294,8 @@ class Track(ObjectShape):
         seen, curve = self._seen(), self._in_space()
         if seen.curve_3d is None:
             raise InputError(f"the detection of the track has no curve in space: {seen.no_3d_reason}")
-        return _std_on(curve, seen.curve_3d, seen.curve_3d_std, (), 0.0, u_3d)
+        unknown = outside(outside(self._unknown_in_space(one for one in self._parts if one.detection is not seen)))
+        return _std_on(curve, seen.curve_3d, seen.curve_3d_std, unknown, 0.0, u_3d, WEIGHTS_3D[-1])
 
     def _seen(self) -> Detection:
         if self.detection is None:
@@ -330,6 +369,7 @@ def _std_on(
     inferred: tuple[tuple[float, float], ...],
     margin: float,
     u: npt.ArrayLike,
+    weight: float = WEIGHTS[-1],
 ) -> FloatArray:
     """Return the deviations (...) of a track's curve, from those of its detection's curve at the nearest places."""
     at = curve.u_at(curve.t_at(u))
@@ -337,7 +377,7 @@ def _std_on(
         return std_of(at)
     flat = np.mod(at.ravel(), 1.0) if curve.closed else at.ravel()
     places = np.array([seen.nearest(point)[0] for point in curve(flat)])
-    return with_hidden(std_of(places), flat, inferred, curve.length, margin).reshape(at.shape)
+    return with_hidden(std_of(places), flat, inferred, curve.length, margin, weight).reshape(at.shape)
 
 
 def _by_length(curve: BSplineCurve | None, values: FloatArray | None) -> FloatArray | None:

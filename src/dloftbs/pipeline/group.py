@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from time import perf_counter
 
 from dloftbs.config import Config
@@ -44,7 +43,7 @@ class PipelineGroup:
         crossings = find_crossings(detections, frame, self._lifting)
         crossings_ms = 1e3 * (perf_counter() - since)
         tracks = tuple(
-            replace(track, id=(track.id - 1) * len(results) + number + 1)
+            track._with(id=(track.id - 1) * len(results) + number + 1)
             for number, result in enumerate(results)
             for track in result.tracks
         )

@@ -43,9 +43,7 @@ def _marked(track: Track, grippers: FloatArray, camera: PinholeCamera | None) ->
     ends = [EndKind.HELD if is_held else end for end, is_held in zip(track.ends, held, strict=True)]
     if not any(held):
         return track
-    marked = Track.__new__(Track)
-    marked.__dict__.update(track.__dict__, ends=(ends[0], ends[1]))
-    return marked
+    return track._with(ends=(ends[0], ends[1]))
 
 
 def _held(curve: BSplineCurve, centres: FloatArray, radii: FloatArray) -> list[bool]:

@@ -95,7 +95,7 @@ def match_remaining(models: Sequence[TrackModel], unassigned: Sequence[Observati
     same_kind = one.curve_span == WHOLE and model.curve.closed == one.curve.closed
     if not (is_like and same_kind) or colour_differs(model, one):
         return {}
-    return {model.id: TrackObservation((match_whole(model, one),))}
+    return {model.id: TrackObservation((_match_loop(model, one) if one.curve.closed else match_whole(model, one),))}
 
 
 def assign(
@@ -137,6 +137,15 @@ def compute_gates(models: Sequence[TrackModel], lengths: FloatArray, share: floa
     mean = np.sqrt(np.multiply.outer([m.length for m in models], lengths))
     gates: FloatArray = np.maximum(np.array(widening)[:, None] * mean, np.array(least)[:, None])
     return gates
+
+
+def _match_loop(model: TrackModel, one: Observation) -> PartialMatch:
+    """Return the match of a loop with one that has moved however far: turned and started where it fits best."""
+    both = (np.array([True]), np.array([[math.inf]]))
+    track = model.predicted[None], np.array([model.length]), both[0]
+    _, start, backwards = kernels.align_all(*track, one.points[None], np.array([one.length]), *both)
+    seam = -float(start[0, 0]) % 1.0
+    return PartialMatch(one.reversed() if backwards[0, 0] else one, WHOLE, (seam, seam + 1.0))
 
 
 def _match(model: TrackModel, oriented: Observation, start: float, view: View, *, backwards: bool) -> PartialMatch:

@@ -7,6 +7,7 @@ import numpy as np
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.kernels import least_squares
 from dloftbs.support.arrays import FloatArray
+from dloftbs.tracking.track_motion import JUMP_SHARE
 
 _SAMPLES = 129
 """Number of samples along a curve that is smoothed, at even parameters.
@@ -33,13 +34,17 @@ class CurveFilter:
     def __init__(self, lag_s: float) -> None:
         self._lag_s = lag_s
         self._points: FloatArray | None = None
+        self._unfiltered: FloatArray | None = None
         self._closed = False
 
     def __call__(self, curve: BSplineCurve, dt: float) -> BSplineCurve:
         """Return the filtered curve, `dt` seconds after the previous one."""
         u = np.linspace(0.0, 1.0, _SAMPLES)[: -1 if curve.closed else None]
         points = curve.spline(u)
-        if self._points is None or self._closed != curve.closed:
+        before, self._unfiltered = self._unfiltered, points
+        # One that jumped shows another stretch of its object, or another object.
+        goes_on = before is not None and self._closed == curve.closed
+        if self._points is None or not goes_on or np.abs(points - before).max() > JUMP_SHARE * curve.length:
             self._points, self._closed = points, curve.closed
             return curve
         # This weight makes the lag behind steady motion exact at any interval.

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.tracks import SeenPart
 from dloftbs.tracking.observation import Observation
 
 WHOLE = (0.0, 1.0)
@@ -109,6 +110,8 @@ class VisibleCurve(NamedTuple):
         In 0..1.
     track_span : (float, float)
         Interval of the track's ``u`` that it covers.
+    parts : tuple of SeenPart
+        What the frame shows of it, if that is not one detection.
     """
 
     curve: BSplineCurve
@@ -116,6 +119,13 @@ class VisibleCurve(NamedTuple):
     inferred: tuple[tuple[float, float], ...]
     confidence: float
     track_span: tuple[float, float] = WHOLE
+    parts: tuple[SeenPart, ...] = ()
+
+
+def seen_parts(matches: Sequence[PartialMatch]) -> tuple[SeenPart, ...]:
+    """Return the detections that some matches are of."""
+    found = [(match.observation.detection, match.track_span, match.curve_span) for match in matches]
+    return tuple([SeenPart(detection, *spans) for detection, *spans in found if detection is not None])
 
 
 def hidden_spans(matches: Sequence[PartialMatch]) -> tuple[tuple[float, float], ...]:

@@ -6,12 +6,12 @@ import math
 from collections.abc import Sequence
 
 from dloftbs.data.curve_samples import SAMPLES, U, sample_curve
-from dloftbs.data.tracks import EndKind, Track
+from dloftbs.data.tracks import EndKind, SeenPart, Track
 from dloftbs.support.arrays import FloatArray, frozen
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.hidden_spans import find_runs
 from dloftbs.tracking.kernels.interpolation import interpolate
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve, inferred_spans
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve, inferred_spans, seen_parts
 from dloftbs.tracking.reconstruction import cut
 from dloftbs.tracking.sight import Spans
 from dloftbs.tracking.track_model import TrackModel
@@ -27,7 +27,7 @@ def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view:
         observation = first.observation
         return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0, (low, high))
     inside = [match.within(low, high).clip_to_track() for match in matches]
-    return _cut_visible(model, (low, high), inferred_spans(inside), view)
+    return _cut_visible(model, (low, high), inferred_spans(inside), view, seen_parts(inside))
 
 
 def _unseen_limits(model: TrackModel, first: float, last: float) -> tuple[float, float]:
@@ -54,12 +54,14 @@ def make_hidden_curve(model: TrackModel, view: View) -> VisibleCurve | None:
     return _cut_visible(model, span, (WHOLE,), view)
 
 
-def _cut_visible(model: TrackModel, span: tuple[float, float], inferred: Spans, view: View) -> VisibleCurve:
-    """Return a span of a track as its published curve."""
+def _cut_visible(
+    model: TrackModel, span: tuple[float, float], inferred: Spans, view: View, parts: tuple[SeenPart, ...] = ()
+) -> VisibleCurve:
+    """Return a span of a track as its published curve, with the parts of it that are seen."""
     if span == WHOLE:
-        return VisibleCurve(model.curve, model.curve_3d, inferred, model.sight.confidence)
+        return VisibleCurve(model.curve, model.curve_3d, inferred, model.sight.confidence, span, parts)
     curve_3d = None if model.curve_3d is None else cut(model.curve_3d, _in_space(model, span, view))
-    return VisibleCurve(cut(model.curve, span), curve_3d, inferred, model.sight.confidence, span)
+    return VisibleCurve(cut(model.curve, span), curve_3d, inferred, model.sight.confidence_in(span), span, parts)
 
 
 def to_track(model: TrackModel, view: View) -> Track:
@@ -82,6 +84,7 @@ def to_track(model: TrackModel, view: View) -> Track:
         if model.motion.velocity_3d is None
         else _between(model.motion.velocity_3d, _in_space(model, visible.track_span, view)),
         model.camera,
+        visible.parts,
     )
 
 

@@ -126,6 +126,11 @@ class Sight:
         self.unseen_s, self.mean_unseen_s = unseen_s, float(unseen_s.mean())
         self.confidence = float(np.exp2(unseen_s / -_HALF_LIFE_S).sum()) / SAMPLES
 
+    def confidence_in(self, span: tuple[float, float]) -> float:
+        """Return the confidence in a span of the curve."""
+        unseen_s = self.unseen_s[samples_within((span,))]
+        return float(np.exp2(unseen_s / -_HALF_LIFE_S).mean()) if len(unseen_s) else self.confidence
+
     def resample(self, u: FloatArray) -> None:
         """Take the counts at other parameters (SAMPLES,), new ones beyond 0 and 1."""
         new = (u < 0.0) | (u > 1.0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.curve import BSplineCurve
-from dloftbs.data.curve_samples import U
+from dloftbs.data.curve_samples import U, sample_curve
 from dloftbs.data.detection import Detection
 from dloftbs.data.tracks import EndKind, TrackState
 from dloftbs.evidence import Appearance
@@ -220,8 +220,7 @@ class TrackModel:
         if motion.velocity.any():
             self.curve = move_curve(self.curve, motion.velocity, duration)
             self.points = self.points + duration * motion.velocity
-        if motion.velocity_3d is not None and self.curve_3d is not None:
-            self.curve_3d = self.curve_3d.transformed(np.eye(3), duration * motion.velocity_3d[0])
+        self._move_in_space(duration)
         motion.decay(dt)
         # Of one that was seen too little, nothing is said to be hidden.
         told = None if self.state is TrackState.TENTATIVE else view.look(self.points, self.width, self.curve_3d)
@@ -232,6 +231,18 @@ class TrackModel:
         self.misses += 1
         self.missing_s += dt
         self.visible = self.detection = None
+
+    def _move_in_space(self, seconds: float) -> None:
+        """Move the curve in space rigidly, by its velocity; where that is unknown, along with the one in the image."""
+        if self.curve_3d is None:
+            return
+        velocity = self.motion.velocity_3d
+        if velocity is None and self.camera is not None:
+            near = float(np.median(sample_curve(self.curve_3d)[0][:, 2]))
+            lateral = near * self.motion.velocity[0] / (self.camera.fx, self.camera.fy)
+            velocity = np.array([[*lateral, 0.0]])
+        if velocity is not None and velocity.any():
+            self.curve_3d = self.curve_3d.transformed(np.eye(3), seconds * velocity[0])
 
     def count_hit(self, log_odds: float) -> None:
         """Count a frame in which a part of the object was seen, with its log-odds, nats, that there is one."""

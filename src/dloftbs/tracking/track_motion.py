@@ -73,7 +73,7 @@ class Motion:
             self.velocity_3d = None
             return
         step = self.points_3d - before
-        if np.abs(step).max() > JUMP_SHARE * metres:
+        if np.abs(step[:, 2]).max() > JUMP_SHARE * metres:
             self.velocity_3d = None
         elif dt < _MIN_STEP_S:
             return

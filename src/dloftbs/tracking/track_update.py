@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,7 +20,7 @@ from dloftbs.tracking.partial_match import (
     inferred_spans,
 )
 from dloftbs.tracking.publication import make_visible_curve
-from dloftbs.tracking.reconstruction import CURVE_SAMPLES, reconstruct, visible_parts
+from dloftbs.tracking.reconstruction import CURVE_SAMPLES, cut, reconstruct, visible_parts
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import JUMP_SHARE
 
@@ -66,6 +67,8 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     if model.curve_3d is None or not sample_curve(model.curve_3d)[1] > longest_m:
         model.shape_3d = model.curve_3d
         placed = None if model.curve_3d is None else place_by_space(model.curve_3d, metres, matches, parts, view)
+    elif model.shape_3d is not None and shown.scope != WHOLE:
+        model.shape_3d = cut(model.shape_3d, view.span_in_space(model.shape_3d, shown.scope))
     if placed is None:
         _follow_view(model, matches)
         old, _ = sample_curve(model.curve, *shown.scope, CURVE_SAMPLES)
@@ -76,6 +79,7 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     curve = reconstruct(old, visible_parts(matches), model.length)
     longest = max(matches, key=lambda m: m.observation.length).observation
     model.detection = longest.detection
+    model.width = model.width if math.isnan(longest.width) else longest.width
     if not shown.apart_from and _contradict(matches, model.width, view):
         model.belief.add(-max(longest.log_odds, 0.0))
     points, _ = sample_curve(curve)

@@ -287,6 +287,8 @@ class Tracker:
         result = []
         for track in tracks:
             in_image, in_space = self._filters[track.id]
+            if track.curve_3d is None:
+                self._filters[track.id] = in_image, CurveFilter(lag)
             curve_3d = None if track.curve_3d is None else in_space(track.curve_3d, dt)
             result.append(replace(track, curve=in_image(track.curve, dt), curve_3d=curve_3d))
         return tuple(result)
