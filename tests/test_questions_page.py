@@ -44,6 +44,9 @@ def test_the_answers(folder: Path) -> None:
     assert names["distance_m"] == pytest.approx(0.16, rel=0.15)
     assert 0.0 < names["slack_m"] < 0.05  # type: ignore[operator]
     assert names["poses"].shape == (3, 4, 4)  # type: ignore[attr-defined]
+    assert names["in_base"].length == pytest.approx(names["cable"].curve_3d.length)  # type: ignore[attr-defined]
+    assert names["in_base"].start[2] == pytest.approx(0.4, abs=0.03)  # type: ignore[attr-defined]  # 1 m - 0.6 m
+    assert names["pixels"].shape == (100, 2)  # type: ignore[attr-defined]
     assert len(names["spans"]) == 1  # type: ignore[arg-type]
     assert (names["std_px"] < 1.5).all()  # type: ignore[operator]
     assert (names["std_m"] < 0.01).all()  # type: ignore[operator]

@@ -104,7 +104,7 @@ def evaluate(
     The method cpd is coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and
     rgbd-artificial. It knows the first curve and the cable's length. The method stereo is `StereoPipeline`, for
     two-cameras; other methods see only the first view. --config and --set change the package's own methods. With
-    --hsv, MODULE:CALLABLE also gets a mask for frames without one.
+    --hsv, MODULE:CALLABLE gets the mask by colour, too, as the package's own methods find it.
 
     The folder of --out gets the tables (report.md, pages/*.md, tables/*.csv, report.json), a summary
     (summary.json), the scores of each frame (frames.csv) and of each joint (joints.csv), plots, and pictures of the

@@ -202,7 +202,7 @@ def _strangers(name: str, hsv: tuple[HsvRange, ...] = ()) -> Callable[[Frame], A
 
 
 class Masked:
-    """A method that gets the mask by colour of frames without one, as the package's own methods find it.
+    """A method that gets the mask by colour, as the package's own methods find it, in place of one that a frame has.
 
     Parameters
     ----------
@@ -223,9 +223,7 @@ class Masked:
         return self._method(self._with_mask(frame))
 
     def _with_mask(self, frame: Frame) -> Frame:
-        if frame.image is None or frame.mask is not None:
-            return frame
-        return replace(frame, mask=self._segment(frame.image))
+        return frame if frame.image is None else replace(frame, mask=self._segment(frame.image))
 
 
 def _imported(name: str) -> Any:

@@ -123,7 +123,7 @@ class Recorder:
         return []
 
 
-def test_a_method_of_others_gets_the_mask_by_colour_of_frames_without_one(monkeypatch):
+def test_a_method_of_others_gets_the_mask_by_colour_as_ours_do(monkeypatch):
     monkeypatch.setattr(Recorder, "frames", [])
     image = np.zeros((40, 60, 3), np.uint8)
     image[10:20] = (30, 20, 210)
@@ -131,8 +131,10 @@ def test_a_method_of_others_gets_the_mask_by_colour_of_frames_without_one(monkey
     method.start(Frame(image=image), None)
     method(Frame(image=image))
     method(Frame(image=image, mask=np.eye(40, 60, dtype=bool)))
+    method(Frame(mask=np.eye(40, 60, dtype=bool)))
     masks = [np.asarray(frame.mask) > 0 for frame in Recorder.frames]
     assert np.flatnonzero(masks[0].all(axis=1)).tolist() == list(range(10, 20))
     assert np.array_equal(masks[0], masks[1])
-    assert masks[2].sum() == 40
+    assert np.array_equal(masks[0], masks[2]), "ours take no mask of a file then"
+    assert masks[3].sum() == 40
     assert not hasattr(Masked(lambda frame: [], (RED,)), "start")

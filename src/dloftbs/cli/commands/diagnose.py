@@ -55,9 +55,9 @@ def diagnose(
 ) -> None:
     """Explain why too much, too little or the wrong thing is found.
 
-    INPUT and the options are those of `dloftbs track`. The command tracks the first frames and prints a page of text:
-    the source, the mask, the objects found and dropped, the time of each stage, and what to change, the most frequent
-    fault first. The exit code is 0, and 1 if the input cannot be read.
+    INPUT, and the options of inputs and settings, are those of `dloftbs track`. The command tracks the first frames and
+    prints a page of text: the source, the mask, the objects found and dropped, the time of each stage, and what to
+    change, the most frequent fault first. The exit code is 0, and 1 if the input cannot be read.
 
     \b
     dloftbs diagnose cable.mp4 --hsv 170:10,80:255,60:255
