@@ -53,6 +53,16 @@ def test_a_view_that_takes_it_for_another_one_does_not_change_its_id():
     assert [track.id for track in result.tracks if track.object is not None] == [1]
 
 
+def test_a_cable_laid_far_away_is_another_one():
+    r = rig()
+    pipeline = StereoPipeline(r)
+    assert pipeline.process(masks(r, BENT)).tracks[0].id == 1
+    for own in pipeline._pipelines:
+        own.reset()
+    (track,) = pipeline.process(masks(r, np.add(BENT, (0.0, 0.0, 0.5)))).tracks
+    assert (track.id, track.hits) == (2, 1)
+
+
 def test_a_reset_forgets_but_uses_no_id_twice():
     r = rig()
     pipeline = StereoPipeline(r)

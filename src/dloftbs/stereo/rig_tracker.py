@@ -36,7 +36,7 @@ Source: by hand; less than a view's track, so that one view's error is overruled
 """
 
 _FAR_WIDTHS = 10.0
-"""Distance at which the place says nothing, widths of the object.
+"""Distance from which on the place says nothing, widths of the object.
 
 Source: by hand; a fast cable moves as far between two frames.
 """
@@ -176,8 +176,9 @@ def _gain(ids: Members, points: FloatArray | None, known: _Known, current: set[t
         elif (view, before) in current:
             gain -= _SAME_VIEW
     if points is not None and known.points is not None and known.width_m > 0.0:
-        apart, _ = _apart(points, known.points)
-        gain += _SAME_PLACE * math.exp(-apart / (_FAR_WIDTHS * known.width_m / 3.0))
+        apart, far = _apart(points, known.points)[0], _FAR_WIDTHS * known.width_m
+        if apart < far:
+            gain += _SAME_PLACE * math.exp(-3.0 * apart / far)
     return gain
 
 
