@@ -63,6 +63,16 @@ def test_a_cable_laid_far_away_is_another_one():
     assert (track.id, track.hits) == (2, 1)
 
 
+def test_tracks_of_the_views_have_the_curves_in_space():
+    r = rig()
+    result = StereoPipeline(r).process(masks(r, BENT))
+    for view in result.views:
+        (track,), (detection,) = view.tracks, view.detections
+        assert track.detection is detection
+        assert track.curve_3d is detection.curve_3d
+        assert track.velocity_3d is None
+
+
 def test_a_reset_forgets_but_uses_no_id_twice():
     r = rig()
     pipeline = StereoPipeline(r)

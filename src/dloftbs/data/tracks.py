@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -262,6 +263,15 @@ class Track(ObjectShape):
         if self.detection is None:
             raise InputError("a track without a detection of its frame has no deviations: nothing of it was measured")
         return self.detection
+
+    def _with_detection(self, detection: Detection) -> Track:
+        """Return the track with a detection that has the same curve in the image and another one in space."""
+        made = copy.copy(self)
+        made.__dict__["detection"] = detection
+        if detection.curve_3d is not None or self._seen().curve_3d is not None:
+            made.__dict__.update(curve_3d=detection.curve_3d, camera=detection.camera, velocity_3d=None)
+            made.__dict__.pop("inferred_3d", None)
+        return made
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

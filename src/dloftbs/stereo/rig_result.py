@@ -292,7 +292,7 @@ class RigResult:
     ----------
     views : tuple of FrameResult
         One for each view. Their detections that are part of an object in space have its curve as `curve_3d`, in the
-        frame of their own camera and in their own direction.
+        frame of their own camera and in their own direction, and so have the tracks and harnesses of these.
     objects : tuple of RigObject
         Those in space first. What one view alone shows is an object, too, and says why it is not in space.
     tracks : tuple of RigTrack
@@ -363,8 +363,7 @@ class RigResult:
     def as_frame_result(self) -> FrameResult:
         """Return the result of the first view with the rig's ids, for sinks and drawings.
 
-        Its detections have their curves in space already. Its tracks have the ids of the rig's, and their curves in
-        space; what the first view's tracker does not know is left out.
+        Its tracks have the ids of the rig's; what the first view's tracker does not know is left out.
         """
         view = self.views[0]
         own = {track.id: track for track in view.tracks}
@@ -372,14 +371,7 @@ class RigResult:
         for track in self.tracks:
             seen = own.get(track.members[0] or 0)
             if seen is not None:
-                number, backwards = view._place_of(seen)
-                # The view's track holds the detection as it was before it had its curve in space.
-                detection = seen.detection
-                if number is not None:
-                    detection = view[number].reversed() if backwards else view[number]
-                curve = None if detection is None else detection.curve_3d
-                camera = None if detection is None else detection.camera
-                tracks.append(replace(seen, id=track.id, curve_3d=curve, camera=camera, detection=detection))
+                tracks.append(replace(seen, id=track.id))
         stage_ms = {f"view {number}": one.total_ms for number, one in enumerate(self.views)}
         return replace(view, tracks=tuple(tracks), stage_ms={**stage_ms, **self.stage_ms})
 
