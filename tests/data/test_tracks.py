@@ -64,6 +64,17 @@ def test_another_curve_in_space_has_no_velocity() -> None:
     assert (gone.curve_3d, gone.velocity_3d) == (None, None)
 
 
+def test_run_the_other_way_all_that_lies_along_it_is_mirrored() -> None:
+    track = in_motion()
+    turned = track.reversed()
+    assert (turned.curve, turned.curve_3d) == (track.curve.reversed(), track.curve_3d.reversed())
+    assert turned.detection.curve == turned.curve
+    assert turned.inferred == ((0.375, 0.5), (0.75, 1.0))
+    assert turned.ends == (EndKind.FREE, EndKind.HIDDEN)
+    assert turned.velocity.tolist() == track.velocity[::-1].tolist()
+    assert turned.velocity_3d.tolist() == track.velocity_3d[::-1].tolist()
+
+
 def test_a_hidden_part_of_a_loop_is_as_unsure_whatever_turn_its_u_is_of() -> None:
     seen, curve = detection_of(loop(50.0)), loop(50.5)
     track = Track(1, TrackState.CONFIRMED, curve, None, 1, 0, seen, ((0.0, 0.25), (0.75, 1.0)))

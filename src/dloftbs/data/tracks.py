@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
@@ -272,6 +272,19 @@ class Track(ObjectShape):
             made.__dict__.update(curve_3d=detection.curve_3d, camera=detection.camera, velocity_3d=None)
             made.__dict__.pop("inferred_3d", None)
         return made
+
+    def reversed(self) -> Track:
+        """Return the same track run the other way."""
+        return replace(
+            self,
+            curve=self.curve.reversed(),
+            curve_3d=None if self.curve_3d is None else self.curve_3d.reversed(),
+            detection=None if self.detection is None else self.detection.reversed(),
+            inferred=tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.inferred)),
+            ends=None if self.ends is None else (self.ends[1], self.ends[0]),
+            velocity=None if self.velocity is None else self.velocity[::-1],
+            velocity_3d=None if self.velocity_3d is None else self.velocity_3d[::-1],
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

@@ -33,7 +33,7 @@ from dloftbs.stereo.rig_objects import RigObjects, associate
 from dloftbs.stereo.rig_result import RigObject, RigResult
 from dloftbs.stereo.space_fit import Pose, RigErrors
 from dloftbs.stereo.view_curves import curves_of_views
-from dloftbs.stereo.view_groups import RigGeometry
+from dloftbs.stereo.view_groups import Group, RigGeometry
 from dloftbs.support.array_likes import as_array
 from dloftbs.support.arrays import AnyArray, FloatArray, as_float_array, as_numbers, frozen
 from dloftbs.support.values import check_number, check_path, list_of, shown
@@ -275,7 +275,7 @@ class CameraRig:
         geometry = self._for(views, poses)
         frames = self._frames(views, geometry.cameras, pipeline, mask=mask, depth=depth, depth_unit_m=depth_unit_m)
         found = [pipeline._detect_with_mask(frame) for frame in frames]
-        return self._combine([result for result, _ in found], [own for _, own in found], frames, geometry)
+        return self._combine([result for result, _ in found], [own for _, own in found], frames, geometry)[0]
 
     def _for(self, views: Sequence[View], poses: Sequence[npt.ArrayLike] | None = None) -> RigGeometry:
         """Return the geometry of views, of which there must be as many as cameras or poses."""
@@ -350,8 +350,8 @@ class CameraRig:
         frames: Sequence[Frame],
         geometry: RigGeometry,
         carried: Mapping[tuple[int, int], FloatArray] | None = None,
-    ) -> RigResult:
-        """Return the objects in space of what the views show by themselves.
+    ) -> tuple[RigResult, tuple[Group, ...]]:
+        """Return the objects in space of what the views show by themselves, and the groups that made them.
 
         Parameters
         ----------
@@ -380,7 +380,8 @@ class CameraRig:
             )
         views = tuple(_with_space(view, result, found, geometry) for view, result in enumerate(results))
         stage_ms = {"stereo": 1e3 * (perf_counter() - since)}
-        return RigResult._unchecked(views, found.objects, stage_ms, results[0].index, results[0].stamp)
+        combined = RigResult._unchecked(views, found.objects, stage_ms, results[0].index, results[0].stamp)
+        return combined, found.groups
 
 
 def _with_camera(frame: Frame, camera: PinholeCamera) -> Frame:
