@@ -109,6 +109,20 @@ def test_the_first_view_is_published_in_the_direction_of_the_rig(monkeypatch):
         assert own.backwards == (True, False)
 
 
+def test_a_part_of_what_is_seen_is_no_hidden_object():
+    r = rig()
+    pipeline = StereoPipeline(r)
+    parts = masks(r, BENT[:500], BENT[1000:])
+    for _ in range(3):
+        result = pipeline.process(parts)
+    assert [track.id for track in result.tracks] == [1, 2]
+    for _ in range(3):
+        result = pipeline.process([masks(r, BENT)[0], parts[1]])
+    (one,) = result.objects
+    assert len(one.pieces[1]) == 2
+    assert all(track.members[1] is None for track in result.tracks if track.object is None)
+
+
 def test_tracks_of_the_views_have_the_curves_in_space():
     r = rig()
     result = StereoPipeline(r).process(masks(r, BENT))

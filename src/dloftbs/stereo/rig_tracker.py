@@ -123,6 +123,7 @@ class RigTracker:
             one = objects[number]
             known.members.update({view: one_id for view, one_id in enumerate(ids) if one_id is not None})
             taken.update(known.members.items())
+            taken.update(_tracks_of_pieces(one, tracks))
             known.runs = {view: run for view, run in known.runs.items() if ids[view] is not None}
             known.hits, known.misses = known.hits + 1, 0
             if one.curve_3d is not None:
@@ -141,7 +142,10 @@ class RigTracker:
         return tracked
 
     def _hidden(self, seen: set[int], taken: set[tuple[int, int]], views: Sequence[FrameResult]) -> list[RigTrack]:
-        """Return the tracks that no view shows now, but whose tracks the views still publish."""
+        """Return the tracks that no view shows now, but whose tracks the views still publish.
+
+        A view's track that an object has now is `taken`, also where it is only that of a part.
+        """
         published = {(view, track.id) for view, result in enumerate(views) for track in result.tracks}
         hidden = []
         for known in self._known:
@@ -158,6 +162,12 @@ class RigTracker:
 def members_of(one: RigObject, tracks: Sequence[Sequence[int | None]]) -> Members:
     """Return by view the ids of the tracks that an object's members belong to."""
     return tuple(None if member is None else tracks[view][member] for view, member in enumerate(one.members))
+
+
+def _tracks_of_pieces(one: RigObject, tracks: Sequence[Sequence[int | None]]) -> set[tuple[int, int]]:
+    """Return the views and ids of the tracks that the parts of an object belong to."""
+    found = {(view, tracks[view][piece]) for view, pieces in enumerate(one.pieces) for piece in pieces}
+    return {(view, track) for view, track in found if track is not None}
 
 
 def _points(one: RigObject) -> FloatArray | None:
