@@ -174,6 +174,7 @@ RIG_TRACKS = st.builds(
     st.sampled_from(TrackState),
     st.none() | COUNTS,
     st.tuples(st.none() | COUNTS, COUNTS),
+    st.tuples(st.booleans(), st.booleans()),
     CURVES_3D,
     COUNTS,
     COUNTS,

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from builders import NOT_SPANS, detection_of, line, loop, through_json, wave
 
 from dloftbs.data.curve import BSplineCurve
-from dloftbs.data.tracks import Track, TrackState
+from dloftbs.data.tracks import EndKind, Track, TrackState
 from dloftbs.errors import InputError
 
 
@@ -43,6 +44,35 @@ class TestTrack:
     def test_what_is_inferred_lies_within_the_curve(self, spans):
         with pytest.raises(InputError, match="inferred must be"):
             Track(1, TrackState.CONFIRMED, wave(), None, 1, 0, None, spans)
+
+
+def in_motion() -> Track:
+    """Return a track in space with all that a track may have."""
+    curve, curve_3d = wave(), line((0.0, 0.0, 1.0), (1.0, 0.0, 2.0))
+    return Track(
+        1, TrackState.CONFIRMED, curve, curve_3d, 5, 0, detection_of(curve, curve_3d), ((0.0, 0.25), (0.5, 0.625)), 0.5,
+        6.0, (EndKind.HIDDEN, EndKind.FREE), np.arange(6.0).reshape(3, 2), np.arange(9.0).reshape(3, 3),
+    )  # fmt: skip
+
+
+def test_another_curve_in_space_has_no_velocity() -> None:
+    track, other = in_motion(), line((0.0, 0.0, 3.0), (1.0, 0.0, 4.0))
+    replaced = track._with_detection(detection_of(track.curve, other))
+    assert (replaced.detection.curve_3d, replaced.curve_3d, replaced.velocity_3d) == (other, other, None)
+    assert replaced.velocity.tolist() == track.velocity.tolist()
+    gone = track._with_detection(detection_of(track.curve))
+    assert (gone.curve_3d, gone.velocity_3d) == (None, None)
+
+
+def test_run_the_other_way_all_that_lies_along_it_is_mirrored() -> None:
+    track = in_motion()
+    turned = track.reversed()
+    assert (turned.curve, turned.curve_3d) == (track.curve.reversed(), track.curve_3d.reversed())
+    assert turned.detection.curve == turned.curve
+    assert turned.inferred == ((0.375, 0.5), (0.75, 1.0))
+    assert turned.ends == (EndKind.FREE, EndKind.HIDDEN)
+    assert turned.velocity.tolist() == track.velocity[::-1].tolist()
+    assert turned.velocity_3d.tolist() == track.velocity_3d[::-1].tolist()
 
 
 def test_a_hidden_part_of_a_loop_is_as_unsure_whatever_turn_its_u_is_of() -> None:

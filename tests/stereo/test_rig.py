@@ -151,6 +151,29 @@ def test_a_part_hidden_in_one_view_is_bridged_and_said(hidden):
     assert f"object of detection {one.members[hidden]}" in result.views[hidden][part].no_3d_reason
 
 
+def test_what_is_put_together_under_a_rig_in_doubt_keeps_its_own_depth_and_its_confidence(monkeypatch):
+    r = rig()
+    views = masks(r, BENT)
+    views[1][100:140] = False
+    depth = [depths_m(r, BENT, view) for view in (0, 1)]
+    (sure,) = r.detect(views).objects
+    assert len(sure.pieces[1]) == 2
+    monkeypatch.setattr("dloftbs.stereo.rig.doubt_rig", lambda *_: "the rig is in doubt")
+    result = r.detect(views)
+    assert [one.confidence for one in result] == [sure.confidence]
+    assert {one.no_3d_reason for view in result.views for one in view} == {"the rig is in doubt"}
+    assert all(one.curve_3d is not None for view in r.detect(views, depth=depth).views for one in view)
+
+
+def test_harnesses_have_the_curves_in_space():
+    r = rig()
+    result = r.detect(masks(r, BENT), config=Config().replace({"linking.branched": True}))
+    for view in result.views:
+        (harness,) = view.harnesses
+        assert harness.detections is view.detections
+        assert harness.length_3d == view[0].curve_3d.length
+
+
 def test_two_cables_end_to_end_in_both_views_stay_two():
     r = rig()
     result = r.detect(masks(r, BENT[:500], BENT[1000:]))

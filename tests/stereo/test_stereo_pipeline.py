@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 from stereo_views import BENT, CAMERA, OTHER, masks, rig
 
-from dloftbs import CameraRig, InputError, StereoPipeline
+from dloftbs import CameraRig, Frame, FrameResult, InputError, StereoPipeline
 
 
 def moved(axis: np.ndarray, step: int) -> np.ndarray:
     return axis + np.array([0.004, -0.002, 0.003]) * step
+
+
+def turn_tracks(monkeypatch: pytest.MonkeyPatch, pipeline: StereoPipeline, view: int, number: int) -> None:
+    """Let the track of a view have a number and run the other way from now on."""
+    own = pipeline._pipelines[view]
+    process = own.process
+
+    def turned(frame: Frame) -> FrameResult:
+        result = process(frame)
+        return replace(result, tracks=tuple(replace(track.reversed(), id=number) for track in result.tracks))
+
+    monkeypatch.setattr(own, "process", turned)
 
 
 def test_ids_and_directions_stay():
@@ -51,6 +65,72 @@ def test_a_view_that_takes_it_for_another_one_does_not_change_its_id():
         own.reset()
     result = pipeline.process(masks(r, moved(BENT, 1)))
     assert [track.id for track in result.tracks if track.object is not None] == [1]
+
+
+def test_a_cable_laid_far_away_is_another_one():
+    r = rig()
+    pipeline = StereoPipeline(r)
+    assert pipeline.process(masks(r, BENT)).tracks[0].id == 1
+    for own in pipeline._pipelines:
+        own.reset()
+    (track,) = pipeline.process(masks(r, np.add(BENT, (0.0, 0.0, 0.5)))).tracks
+    assert (track.id, track.hits) == (2, 1)
+
+
+@pytest.mark.parametrize("view", [0, 1])
+def test_the_view_that_followed_a_cable_says_its_direction(monkeypatch, view):
+    r = rig()
+    pipeline = StereoPipeline(r)
+    seen = masks(r, BENT)
+    (before,) = pipeline.process(seen).tracks
+    turn_tracks(monkeypatch, pipeline, view, 1)  # as if the cable was turned end for end, to lie as before
+    covered = list(seen)
+    covered[1 - view] = np.zeros_like(seen[0])
+    pipeline.process(covered)
+    (after,) = pipeline.process(seen).tracks
+    assert after.id == before.id
+    assert np.allclose(after.curve_3d.start, before.curve_3d.end, atol=0.01)
+
+
+def test_the_first_view_is_published_in_the_direction_of_the_rig(monkeypatch):
+    r = rig()
+    pipeline = StereoPipeline(r)
+    left, right = masks(r, BENT)
+    (before,) = pipeline.process([left, right]).as_frame_result().tracks
+    turn_tracks(monkeypatch, pipeline, 0, 2)  # as if it lost the cable and found it again
+    for second in (right, np.zeros_like(right), right):
+        result = pipeline.process([left, second])
+        (own,), (track,) = result.tracks, result.as_frame_result().tracks
+        assert (own.id, track.id) == (1, 1)
+        assert np.allclose(track.curve.start, before.curve.start, atol=2.0)
+        assert (track.curve_3d is None) == (second is not right)
+        if track.curve_3d is not None:
+            assert np.allclose(track.curve_3d.start, own.curve_3d.start)
+        assert own.backwards == (True, False)
+
+
+def test_a_part_of_what_is_seen_is_no_hidden_object():
+    r = rig()
+    pipeline = StereoPipeline(r)
+    parts = masks(r, BENT[:500], BENT[1000:])
+    for _ in range(3):
+        result = pipeline.process(parts)
+    assert [track.id for track in result.tracks] == [1, 2]
+    for _ in range(3):
+        result = pipeline.process([masks(r, BENT)[0], parts[1]])
+    (one,) = result.objects
+    assert len(one.pieces[1]) == 2
+    assert all(track.members[1] is None for track in result.tracks if track.object is None)
+
+
+def test_tracks_of_the_views_have_the_curves_in_space():
+    r = rig()
+    result = StereoPipeline(r).process(masks(r, BENT))
+    for view in result.views:
+        (track,), (detection,) = view.tracks, view.detections
+        assert track.detection is detection
+        assert track.curve_3d is detection.curve_3d
+        assert track.velocity_3d is None
 
 
 def test_a_reset_forgets_but_uses_no_id_twice():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -301,6 +301,28 @@ class Track(ObjectShape):
         if self.detection is None:
             raise InputError("a track without a detection of its frame has no deviations: nothing of it was measured")
         return self.detection
+
+    def _with_detection(self, detection: Detection) -> Track:
+        """Return the track with a detection that has the same curve in the image and another one in space."""
+        if detection.curve_3d is None and self._seen().curve_3d is None:
+            return self._with(detection=detection)
+        place = {"curve_3d": detection.curve_3d, "camera": detection.camera, "velocity_3d": None, "_fitted_parts": ()}
+        made = self._with(detection=detection, **place)
+        made.__dict__.pop("inferred_3d", None)
+        return made
+
+    def reversed(self) -> Track:
+        """Return the same track run the other way."""
+        return replace(
+            self,
+            curve=self.curve.reversed(),
+            curve_3d=None if self.curve_3d is None else self.curve_3d.reversed(),
+            detection=None if self.detection is None else self.detection.reversed(),
+            inferred=tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.inferred)),
+            ends=None if self.ends is None else (self.ends[1], self.ends[0]),
+            velocity=None if self.velocity is None else self.velocity[::-1],
+            velocity_3d=None if self.velocity_3d is None else self.velocity_3d[::-1],
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

@@ -33,7 +33,7 @@ from dloftbs.stereo.rig_objects import RigObjects, associate
 from dloftbs.stereo.rig_result import RigObject, RigResult
 from dloftbs.stereo.space_fit import Pose, RigErrors
 from dloftbs.stereo.view_curves import curves_of_views
-from dloftbs.stereo.view_groups import RigGeometry
+from dloftbs.stereo.view_groups import Group, RigGeometry
 from dloftbs.support.array_likes import as_array
 from dloftbs.support.arrays import AnyArray, FloatArray, as_float_array, as_numbers, frozen
 from dloftbs.support.values import check_number, check_path, list_of, shown
@@ -275,7 +275,7 @@ class CameraRig:
         geometry = self._for(views, poses)
         frames = self._frames(views, geometry.cameras, pipeline, mask=mask, depth=depth, depth_unit_m=depth_unit_m)
         found = [pipeline._detect_with_mask(frame) for frame in frames]
-        return self._combine([result for result, _ in found], [own for _, own in found], frames, geometry)
+        return self._combine([result for result, _ in found], [own for _, own in found], frames, geometry)[0]
 
     def _for(self, views: Sequence[View], poses: Sequence[npt.ArrayLike] | None = None) -> RigGeometry:
         """Return the geometry of views, of which there must be as many as cameras or poses."""
@@ -350,8 +350,8 @@ class CameraRig:
         frames: Sequence[Frame],
         geometry: RigGeometry,
         carried: Mapping[tuple[int, int], FloatArray] | None = None,
-    ) -> RigResult:
-        """Return the objects in space of what the views show by themselves.
+    ) -> tuple[RigResult, tuple[Group, ...]]:
+        """Return the objects in space of what the views show by themselves, and the groups that made them.
 
         Parameters
         ----------
@@ -372,11 +372,16 @@ class CameraRig:
         if doubt is not None:
             _log.warning("%s", doubt)
             found = RigObjects(
-                tuple(RigObject(one.members, None, doubt, pieces=one.pieces) for one in found.objects), found.groups
+                tuple(
+                    RigObject(one.members, None, doubt, confidence=one.confidence, pieces=one.pieces)
+                    for one in found.objects
+                ),
+                found.groups,
             )
         views = tuple(_with_space(view, result, found, geometry) for view, result in enumerate(results))
         stage_ms = {"stereo": 1e3 * (perf_counter() - since)}
-        return RigResult._unchecked(views, found.objects, stage_ms, results[0].index, results[0].stamp)
+        combined = RigResult._unchecked(views, found.objects, stage_ms, results[0].index, results[0].stamp)
+        return combined, found.groups
 
 
 def _with_camera(frame: Frame, camera: PinholeCamera) -> Frame:
@@ -394,19 +399,20 @@ def _with_space(view: int, result: FrameResult, found: RigObjects, geometry: Rig
         match = group.matches.get(view)
         if match is None:
             continue
-        own = detections[match.second]
+        if one.curve_3d is None:
+            for number in one.pieces[view]:
+                part = detections[number]
+                if part.curve_3d is None:
+                    detections[number] = Detection._unchecked(part.centerline, part.curve, None, one.no_3d_reason)
+            continue
+        if len(group.matches) < 2:
+            continue
         for number in one.pieces[view]:
             if number != match.second:
                 part = detections[number]
                 reason = f"it is a part of the object of detection {match.second}, which has its curve in space"
                 detections[number] = Detection._unchecked(part.centerline, part.curve, None, reason)
-        if one.curve_3d is None:
-            if own.curve_3d is None:
-                made = Detection._unchecked(own.centerline, own.curve, None, one.no_3d_reason)
-                detections[match.second] = made
-            continue
-        if len(group.matches) < 2:
-            continue
+        own = detections[match.second]
         run = one.reversed() if match.backwards else one
         curve = run.curve_3d
         assert curve is not None  # it has one either way
@@ -416,8 +422,23 @@ def _with_space(view: int, result: FrameResult, found: RigObjects, geometry: Rig
         made = Detection._unchecked(own.centerline, own.curve, curve, None, run.__dict__["_fitted_inferred_3d"], camera)
         made.__dict__["_rig_std_m"] = run.std_m
         detections[match.second] = made
+    return _with_detections(result, tuple(detections))
+
+
+def _with_detections(result: FrameResult, detections: tuple[Detection, ...]) -> FrameResult:
+    """Return the result of a view with detections that have other curves in space, also in its tracks and harnesses."""
+    tracks = []
+    for track in result.tracks:
+        number, backwards = result._place_of(track)
+        if number is not None and detections[number] is not result.detections[number]:
+            own = detections[number].reversed() if backwards else detections[number]
+            tracks.append(track._with_detection(own))
+        else:
+            tracks.append(track)
     seen = copy.copy(result)
-    object.__setattr__(seen, "detections", tuple(detections))
+    object.__setattr__(seen, "detections", detections)
+    object.__setattr__(seen, "tracks", tuple(tracks))
+    object.__setattr__(seen, "harnesses", tuple(replace(one, detections=detections) for one in result.harnesses))
     return seen
 
 

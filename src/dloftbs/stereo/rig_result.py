@@ -18,6 +18,7 @@ from dloftbs.support.arrays import LARGEST, FloatArray, as_vector, frozen
 from dloftbs.support.values import (
     MAX_WHOLE,
     check_all,
+    check_flag,
     check_integer,
     check_number,
     check_spans,
@@ -217,6 +218,8 @@ class RigTrack:
         Index of its object in `RigResult.objects`; None while hidden.
     members : tuple of int or None
         For each view, the id of its track there.
+    backwards : tuple of bool
+        For each view, whether its track there runs the other way; False also where the object never was in space.
     curve_3d : BSplineCurve, optional
         The last one in space, in the frame of the first camera, run in the track's direction, metres.
     hits, misses : int
@@ -232,6 +235,7 @@ class RigTrack:
     state: TrackState
     object: int | None
     members: Members
+    backwards: tuple[bool, ...]
     curve_3d: BSplineCurve | None
     hits: int
     misses: int
@@ -240,6 +244,8 @@ class RigTrack:
         check_type("state", self.state, TrackState)
         if not isinstance(self.members, (tuple, list)):
             raise InputError(f"members must be a track's id or None for each view, got {shown(self.members)}")
+        if not isinstance(self.backwards, (tuple, list)) or len(self.backwards) != len(self.members):
+            raise InputError(f"backwards must be True or False for each view, got {shown(self.backwards)}")
         if self.curve_3d is not None:
             check_curve("curve_3d", self.curve_3d, 3)
         set_fields(
@@ -249,6 +255,7 @@ class RigTrack:
             members=tuple(
                 None if one is None else check_integer("a member", one, 1, MAX_WHOLE) for one in self.members
             ),
+            backwards=tuple(check_flag("backwards", one) for one in self.backwards),
             hits=check_integer("hits", self.hits, 0, MAX_WHOLE),
             misses=check_integer("misses", self.misses, 0, MAX_WHOLE),
         )
@@ -263,6 +270,7 @@ class RigTrack:
             "state": self.state.value,
             "object": self.object,
             "members": list(self.members),
+            "backwards": list(self.backwards),
             "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
             "hits": self.hits,
             "misses": self.misses,
@@ -277,11 +285,12 @@ class RigTrack:
         InputError
             If it is no dictionary, a key is missing or a value is wrong.
         """
-        keys = "id", "state", "object", "members", "curve_3d", "hits", "misses"
-        number, state, index, members, curve, hits, misses = values_of("a track of a rig", data, *keys)
+        keys = "id", "state", "object", "members", "backwards", "curve_3d", "hits", "misses"
+        number, state, index, members, backwards, curve, hits, misses = values_of("a track of a rig", data, *keys)
         curve_3d = None if curve is None else BSplineCurve.from_dict(curve)
         kind = kind_of("state", TrackState, state)
-        return cls(number, kind, index, tuple(list_of("members", members)), curve_3d, hits, misses)
+        runs = tuple(list_of("backwards", backwards))
+        return cls(number, kind, index, tuple(list_of("members", members)), runs, curve_3d, hits, misses)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -292,7 +301,7 @@ class RigResult:
     ----------
     views : tuple of FrameResult
         One for each view. Their detections that are part of an object in space have its curve as `curve_3d`, in the
-        frame of their own camera and in their own direction.
+        frame of their own camera and in their own direction, and so have the tracks and harnesses of these.
     objects : tuple of RigObject
         Those in space first. What one view alone shows is an object, too, and says why it is not in space.
     tracks : tuple of RigTrack
@@ -363,8 +372,7 @@ class RigResult:
     def as_frame_result(self) -> FrameResult:
         """Return the result of the first view with the rig's ids, for sinks and drawings.
 
-        Its detections have their curves in space already. Its tracks have the ids of the rig's, and their curves in
-        space; what the first view's tracker does not know is left out.
+        Its tracks have the ids and directions of the rig's; what the first view's tracker does not know is left out.
         """
         view = self.views[0]
         own = {track.id: track for track in view.tracks}
@@ -372,14 +380,7 @@ class RigResult:
         for track in self.tracks:
             seen = own.get(track.members[0] or 0)
             if seen is not None:
-                number, backwards = view._place_of(seen)
-                # The view's track holds the detection as it was before it had its curve in space.
-                detection = seen.detection
-                if number is not None:
-                    detection = view[number].reversed() if backwards else view[number]
-                curve = None if detection is None else detection.curve_3d
-                camera = None if detection is None else detection.camera
-                tracks.append(replace(seen, id=track.id, curve_3d=curve, camera=camera, detection=detection))
+                tracks.append(replace(seen.reversed() if track.backwards[0] else seen, id=track.id))
         stage_ms = {f"view {number}": one.total_ms for number, one in enumerate(self.views)}
         return replace(view, tracks=tuple(tracks), stage_ms={**stage_ms, **self.stage_ms})
 

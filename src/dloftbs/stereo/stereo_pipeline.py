@@ -16,8 +16,8 @@ from dloftbs.pipeline import Pipeline
 from dloftbs.segmentation import Segmenter
 from dloftbs.stereo.epipolar_matching import EVIDENCE
 from dloftbs.stereo.rig import CameraRig, View
-from dloftbs.stereo.rig_result import Members, RigResult
-from dloftbs.stereo.rig_tracker import RigTracker
+from dloftbs.stereo.rig_result import RigResult
+from dloftbs.stereo.rig_tracker import RigTracker, members_of
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.values import shown
 
@@ -128,9 +128,9 @@ class StereoPipeline:
             masks.append(own)
         self._next_index = frames[0].index + 1
         tracks = [_tracks_of(result) for result in results]
-        combined = self._rig._combine(results, masks, frames, geometry, self._carried(tracks))
+        combined, groups = self._rig._combine(results, masks, frames, geometry, self._carried(tracks))
         self._remember(combined, tracks)
-        return self._tracker.update(combined, [_members(one.members, tracks) for one in combined.objects], results)
+        return self._tracker.update(combined, groups, tracks, results)
 
     def reset(self) -> None:
         """Forget all tracks, as at the cut to another scene."""
@@ -158,7 +158,7 @@ class StereoPipeline:
         faded = {pair: _MEMORY * nats for pair, nats in self._evidence.items()}
         self._evidence = {pair: nats for pair, nats in faded.items() if abs(nats) > 0.1}
         for one in combined.objects:
-            members = _members(one.members, tracks)
+            members = members_of(one, tracks)
             shown_in = [(view, number) for view, number in enumerate(members) if number is not None]
             if one.curve_3d is None or len(shown_in) < 2:
                 continue
@@ -177,8 +177,3 @@ def _tracks_of(result: FrameResult) -> list[int | None]:
         if number is not None:
             ids[number] = track.id
     return ids
-
-
-def _members(detections: Members, tracks: Sequence[Sequence[int | None]]) -> Members:
-    """Return the ids of the tracks that an object's detections belong to, by view."""
-    return tuple(None if one is None else tracks[view][one] for view, one in enumerate(detections))
