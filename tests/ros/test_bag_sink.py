@@ -21,7 +21,7 @@ from sinks import sink_examples as examples
 
 import dloftbs
 from dloftbs import InputError, SinkError, sinks, sources
-from dloftbs.ros import BagSink, Recording
+from dloftbs.ros import BagSink, Recording, RosFrame
 from dloftbs.ros.bag_metadata import QOS
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.support.documents import parse_yaml
@@ -254,6 +254,30 @@ def test_each_message_goes_with_one_frame(tmp_path):
         assert len(list(source)) == COUNT
     with sources.open(path) as source:
         assert [frame.recorded for frame in source] == [None] * COUNT
+
+
+def test_a_frame_carries_its_own_image_and_depth_and_the_last_one_the_rest(tmp_path):
+    path = bags.write_mcap(tmp_path / "run.mcap", [*bags.entries(COUNT), *examples_of_notes(COUNT)])
+    with sources.open(path, keep_messages=True) as source:
+        carried = [[(raw.topic, raw.stamp_ns) for raw in frame.recorded] for frame in source]
+    own = [[(topic, at) for topic, at, _ in bags.entries(COUNT)[3 * i : 3 * i + 3]] for i in range(COUNT)]
+    assert carried == [*own[:-1], own[-1] + [(topic, at) for topic, at, _ in examples_of_notes(COUNT)]]
+
+
+def test_results_are_logged_by_the_clock_of_what_is_copied(tmp_path):
+    late_ns = 10**15  # as of simulated time
+    given = [(topic, at + late_ns, message) for topic, at, message in bags.entries(2)]
+    path = bags.write_mcap(tmp_path / "run.mcap", given)
+    with sources.open(path, keep_messages=True) as source:
+        frames = [*source, RosFrame(mask=bags.mask_of(2), stamp_ns=bags.stamp_of(2), recorded=())]
+    empty = dloftbs.FrameResult((), (), "none", bags.SIZE)
+    write(tmp_path / "copy", [(frame, empty) for frame in frames], with_input=True, overlay=False)
+    with (tmp_path / "copy" / "copy_0.mcap").open("rb") as file:
+        found = [raw for _, channel, raw in make_reader(file).iter_messages() if channel.topic == "/dloftbs/points"]
+    last = [bags.stamp_of(i) + 5_000_000 + late_ns for i in (0, 1, 1)]
+    assert [(raw.log_time, raw.publish_time) for raw in found] == [(at, bags.stamp_of(i)) for i, at in enumerate(last)]
+    with Reader(tmp_path / "copy") as reader:
+        assert reader.duration < 10**9
 
 
 def test_of_ros_1_and_of_our_own_topics_the_input_is_written_anew(tmp_path, tracked):
