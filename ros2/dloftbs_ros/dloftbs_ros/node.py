@@ -56,7 +56,7 @@ from dloftbs.ros.bag_file import Topic
 from dloftbs.ros.joint_messages import JOINT_TYPE
 from dloftbs.ros.message_fields import stamp_ns_of
 from dloftbs.ros.result_messages import PIXELS
-from dloftbs.ros.stamp_pairing import WAITING_FOR_MASKS, StampPairing
+from dloftbs.ros.stamp_pairing import MASK_TOLERANCE_S, WAITING_FOR_MASKS, StampPairing
 from dloftbs.ros.topic_choice import COMPRESSED_TYPE, IMAGE_TYPE, IMAGE_TYPES, INFO_TYPE, Topics
 from dloftbs.sinks._images import encode
 from dloftbs.sources.pixels import kind_for
@@ -151,8 +151,8 @@ class TrackNode(Node):
         self._markers = MarkerWriter(self._make)
         self._newest: Newest[Moment] = Newest(self._asked.max_rate)
         self._pairing: StampPairing[_Arrived, _Arrived] = StampPairing()
-        self._masking: StampPairing[Pair, _Arrived] = StampPairing(waiting=WAITING_FOR_MASKS)
-        self._inputs: dict[str, tuple[tuple[str, bool], Any]] = {}
+        self._masking: StampPairing[Pair, _Arrived] = StampPairing(MASK_TOLERANCE_S, WAITING_FOR_MASKS)
+        self._inputs: dict[str, tuple[Publisher, Any]] = {}
         self._problems: dict[str, str] = {}
         self._outputs = {name: self.create_publisher(kind, f"~/{name}", DEPTH) for name, kind in _OUTPUTS.items()}
         self._received = self._unreadable = self._answered = self._untransformed = self._unmasked = 0
@@ -269,7 +269,7 @@ class TrackNode(Node):
         with self._lock:
             self._pipeline.reset()
             self._pairing = StampPairing()
-            self._masking = StampPairing(waiting=WAITING_FOR_MASKS)
+            self._masking = StampPairing(MASK_TOLERANCE_S, WAITING_FOR_MASKS)
             if self._transforms is not None:
                 self._transforms.forget()
             if self._robot is not None:

@@ -17,7 +17,7 @@ from dloftbs.ros.frame_messages import FrameMaker, ImageAndMask
 from dloftbs.ros.message_fields import NS_PER_S, kind_of_reason, stamp_ns_of
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
-from dloftbs.ros.stamp_pairing import TOLERANCE_S, WAITING, WAITING_FOR_MASKS, StampPairing
+from dloftbs.ros.stamp_pairing import MASK_TOLERANCE_S, TOLERANCE_S, WAITING, WAITING_FOR_MASKS, StampPairing
 from dloftbs.ros.topic_choice import IMAGE_TYPES, INFO_TYPE, OWN_TOPICS, Topics, choose_topics
 from dloftbs.ros.topic_clock import TopicClock
 from dloftbs.sources.pixels import Kind
@@ -84,7 +84,7 @@ class BagSource(Source):
     guess_depth : bool
         Whether depth is looked for where none is named.
     tolerance_s : float
-        Largest difference between the stamps of an image and its depth, or its mask.
+        Largest difference between the stamps of an image and its depth.
     keep_messages : bool
         Whether frames carry the messages of all topics of ROS 2 (`RosFrame.recorded`), each exactly once, so that
         `BagSink` can copy them: all but those of our own results. Where frames are made of these, none is kept.
@@ -298,7 +298,7 @@ class BagSource(Source):
         )
         masking: StampPairing[Pair, _Item] | None = None
         if mask is not None:
-            masking = StampPairing(self._tolerance_s, WAITING_FOR_MASKS)
+            masking = StampPairing(MASK_TOLERANCE_S, WAITING_FOR_MASKS)
         images = 0
         for name, log_ns, item in self._items(maker, kept):
             images += name == self.topics.image.name

@@ -9,8 +9,13 @@ from typing import Generic, TypeVar
 from dloftbs.ros.message_fields import NS_PER_S
 
 TOLERANCE_S = 0.02
-"""Largest difference between the stamps of an image and its partner: two thirds of a frame at 30 per second, where the
+"""Largest difference between the stamps of an image and its depth: two thirds of a frame at 30 per second, where the
 shutters of two sensors run freely, and too little for a depth of the frame before."""
+MASK_TOLERANCE_S = 0.001
+"""Largest difference between the stamps of an image and its mask.
+
+Source: by definition; a mask has the stamp of its image, and stamps that are cut to milliseconds differ by less.
+"""
 WAITING = 8
 """Images that wait for their depth at most: a quarter of a second at 30 per second, and 50 MB of HD."""
 WAITING_FOR_MASKS = 32
