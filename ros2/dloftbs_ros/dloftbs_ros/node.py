@@ -242,6 +242,8 @@ class TrackNode(Node):
             pairs = self._pairing.add_partner(arrived.stamp_ns, arrived)
         else:
             self._received += 1
+            if self._transforms is not None and self._pairing.begins_anew(arrived.stamp_ns):
+                self._transforms.forget()  # tf takes those of the new time for old ones
             pairs = self._pairing.add_image(arrived.stamp_ns, arrived)
         self._pass_on(pairs)
         if "depth" not in self._inputs or not self.count_publishers(self._topics["depth"]):
