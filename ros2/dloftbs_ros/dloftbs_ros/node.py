@@ -357,21 +357,22 @@ class TrackNode(Node):
             return None
         samples: list[SampledTrack] = list(sampled_m(result))
         points = result.branch_points
+        problem = None
         if self._transforms is not None and target and target != header.frame_id:
             try:
                 pose = self._transforms.pose(header.frame_id, target, header.stamp_ns)
                 samples, points = moved(samples, pose), moved_points(points, pose)
             except TransformError as error:
                 self._untransformed += 1
-                text = f"no curves in space: {error}"
-                self.get_logger().warning(text, throttle_duration_sec=SILENT_S)
-                return text
+                problem = f"no curves in space: {error}"
+                self.get_logger().warning(problem, throttle_duration_sec=SILENT_S)
+                samples, points = [], ()
         message_header = Header(header.stamp_ns, target or header.frame_id).message(make)
-        if self._is_heard("points"):
+        if problem is None and self._is_heard("points"):
             self._outputs["points"].publish(points_message(make, message_header, samples, 3))
         if self._is_heard("markers"):
             self._outputs["markers"].publish(self._markers.message(message_header, samples, points))
-        return None
+        return problem
 
     def _is_heard(self, output: str) -> bool:
         return bool(self._outputs[output].get_subscription_count() > 0)

@@ -25,7 +25,8 @@ SIZE = (240, 426)
 FRAMES = 8
 OFF_M = 0.005
 """Half the width of the cable."""
-_WARN, _ERROR, _DELETE_ALL = 1, 2, 3
+_WARN, _ERROR = 1, 2
+_DELETE, _DELETE_ALL = 2, 3
 STAND_IN = str(Path(__file__).with_name("stand_in"))
 TOPICS = {
     "image": "/camera/camera/color/image_raw",
@@ -124,7 +125,9 @@ def test_curves_in_metres_come_back_with_time_frame_and_id(peer):
         assert np.median(distance) < OFF_M
         assert len(rows_of(flat)) == 100
     assert len(ids) == 1
-    assert {marker.id for message in peer.heard["markers"] for marker in message.markers} == ids
+    older, *markers = [marker for message in peer.heard["markers"] for marker in message.markers]
+    assert (older.action, older.ns) == (_DELETE_ALL, "")
+    assert {marker.id for marker in markers} == ids
     last = values_of(peer.heard["diagnostics"][-1])
     assert (last["received"], last["answered"], last["dropped"], last["unreadable"]) == (
         str(FRAMES),
@@ -275,7 +278,8 @@ def test_curves_come_in_the_frame_that_was_asked_for_by_the_transform_of_their_t
     assert f"no transform from '{FRAME_ID}' to 'base'" in status.message
     assert values_of(peer.heard["diagnostics"][0])["without transform"] == "1"
     assert len(rows_of(peer.heard["points_px"][0])) == 100
-    assert (peer.heard["points"], peer.heard["markers"]) == ([], [])
+    assert peer.heard["points"] == []
+    assert [marker.action for marker in peer.heard["markers"][0].markers] == [_DELETE_ALL]
 
     transforms.publish(stamped(1))
     peer.listen(0.3)
@@ -295,6 +299,11 @@ def test_curves_come_in_the_frame_that_was_asked_for_by_the_transform_of_their_t
     assert 0.002 < markers[0].scale.x < 0.05
     assert peer.heard["points_px"][-1].header.frame_id == f"{FRAME_ID}/pixels"
     assert peer.heard["diagnostics"][-1].status[0].level == bytes([0])
+
+    camera.send(3)  # without a transform of its time, markers of another place go
+    peer.wait("frame 3", lambda: len(peer.heard["diagnostics"]) == 4)
+    peer.wait("no markers", lambda: len(peer.heard["markers"]) == 4)
+    assert {marker.action for marker in peer.heard["markers"][-1].markers} == {_DELETE}
     assert peer.interrupt() == 0, peer.log()
     assert "Traceback" not in peer.log()
 
@@ -340,7 +349,7 @@ def test_a_frame_that_cannot_be_read_is_reported_and_tracking_can_begin_anew(pee
     done = reset.call_async(Empty.Request())
     peer.wait("reset", done.done)
     peer.wait("markers", lambda: len(peer.heard["markers"]) == 2)
-    assert [marker.action for marker in peer.heard["markers"][1].markers] == [_DELETE_ALL]
+    assert [(marker.action, marker.ns) for marker in peer.heard["markers"][1].markers] == [(_DELETE_ALL, "")]
     assert peer.interrupt(signal.SIGTERM) == 0, peer.log()
     assert "Traceback" not in peer.log()
 
