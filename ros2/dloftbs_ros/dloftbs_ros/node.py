@@ -2,9 +2,9 @@
 
 ``image``, ``depth`` and ``camera_info`` are remapped to what the camera publishes, and the parameter ``mask_topic``
 names the topic of a segmenter. With a `robot`, its joints come on ``joint_states``. A topic is subscribed once somebody
-publishes it, with its type, raw or compressed, and its reliability. Results go to ``~/points``, ``~/markers``,
-``~/points_px``, ``~/overlay/compressed``, ``~/mask``, ``~/answers`` and ``~/diagnostics``, as in recordings
-(docs/ros.md).
+publishes it, with its type, raw or compressed, its reliability and its durability. Results go to ``~/points``,
+``~/markers``, ``~/points_px``, ``~/overlay/compressed``, ``~/mask``, ``~/answers`` and ``~/diagnostics``, as in
+recordings (docs/ros.md).
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, PointCloud2
 from std_msgs.msg import String
@@ -160,7 +161,8 @@ class TrackNode(Node):
         self._watch = Watch(self._topics, monotonic())
         self._lock = threading.Lock()  # of the pipeline and the markers: reset comes from another thread
         self.create_service(Empty, "~/reset", self._reset)
-        self.create_timer(LOOK_S, self._look)
+        # By a steady clock: that of ROS stands still where a simulator does not publish it.
+        self.create_timer(LOOK_S, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.ended = threading.Event()
         self.failure: Exception | None = None
         self._thread = threading.Thread(target=self._work, name="dloftbs", daemon=True)
@@ -188,7 +190,7 @@ class TrackNode(Node):
                 self.get_logger().error(problem)
             self._problems[name] = problem or ""
             if wanted is not None and wanted != self._inputs.get(name, (None,))[0]:
-                self._subscribe(name, *wanted)
+                self._subscribe(name, wanted)
         for text in self._watch.words(monotonic(), self._present, self._problems, self._wants_metres()):
             self.get_logger().warning(text)
             self._report(_WARN, text)
@@ -200,7 +202,12 @@ class TrackNode(Node):
 
     def _offers(self, topic: str) -> list[Publisher]:
         return [
-            Publisher(topic, found.topic_type, found.qos_profile.reliability == ReliabilityPolicy.RELIABLE)
+            Publisher(
+                topic,
+                found.topic_type,
+                found.qos_profile.reliability == ReliabilityPolicy.RELIABLE,
+                found.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
+            )
             for found in self.get_publishers_info_by_topic(topic)
         ]
 
@@ -209,18 +216,17 @@ class TrackNode(Node):
         topics = [name for name, _ in self.get_topic_names_and_types() if not name.startswith(own)]
         return [publisher for topic in topics for publisher in self._offers(topic)]
 
-    def _subscribe(self, name: str, type_name: str, reliable: bool) -> None:
+    def _subscribe(self, name: str, wanted: Publisher) -> None:
         if name in self._inputs:
             self.destroy_subscription(self._inputs.pop(name)[1])
-        policy = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
-        subscription = self.create_subscription(
-            _CLASSES[type_name],
-            self._topics[name],
-            partial(self._take, name),
-            QoSProfile(depth=DEPTH, reliability=policy),
+        qos = QoSProfile(
+            depth=DEPTH,
+            reliability=ReliabilityPolicy.RELIABLE if wanted.reliable else ReliabilityPolicy.BEST_EFFORT,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if wanted.latched else DurabilityPolicy.VOLATILE,
         )
-        self._inputs[name] = (type_name, reliable), subscription
-        self.get_logger().info(f"subscribed to {Publisher(self._topics[name], type_name, reliable)}")
+        take = partial(self._take, name)
+        self._inputs[name] = wanted, self.create_subscription(_CLASSES[wanted.type_name], wanted.topic, take, qos)
+        self.get_logger().info(f"subscribed to {wanted}")
 
     def _take(self, name: str, message: Any) -> None:
         self._watch.hear(name, monotonic())
