@@ -147,6 +147,23 @@ def test_a_disk_that_is_full_costs_the_frame_at_hand(tmp_path, tracked, monkeypa
     assert len(list(Recording(tmp_path / "curves.mcap").messages({"/dloftbs/points"}))) == 1
 
 
+def test_a_file_that_was_cut_has_no_metadata_that_count_what_is_not_there(tmp_path, monkeypatch):
+    given = dloftbs.Frame(mask=bags.mask_of(0)), dloftbs.FrameResult((), (), "none", bags.SIZE)
+    sink = BagSink(tmp_path / "curves", overlay=False)
+    sink.write(*given)
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(AppendFile, "_write_all", full)
+        with pytest.raises(SinkError, match="No space left on device"):
+            sink.write(*given)
+    sink.close()
+    assert [path.name for path in (tmp_path / "curves").iterdir()] == ["curves_0.mcap"]
+    assert len(list(Recording(tmp_path / "curves").messages({"/dloftbs/points"}))) == 1
+
+
 @pytest.mark.parametrize("with_input", [False, True])
 @pytest.mark.parametrize("name", ["curves.mcap", "curves"])
 def test_an_older_recording_is_replaced_with_the_first_frame_and_not_before(name, with_input, tmp_path, tracked):

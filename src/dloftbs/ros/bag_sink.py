@@ -198,7 +198,7 @@ class BagSink(PathSink):
                 self._append()
         finally:
             self._file.close()
-        if self._folder is not None:
+        if self._folder is not None and not self._is_cut:
             text = metadata_yaml(self._file.path.name, self._counts, self._span_ns, self._qos)
             write_whole(self._folder / METADATA, text.encode())
 
