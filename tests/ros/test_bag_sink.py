@@ -21,7 +21,7 @@ from sinks import sink_examples as examples
 
 import dloftbs
 from dloftbs import InputError, SinkError, sinks, sources
-from dloftbs.ros import BagSink, Recording
+from dloftbs.ros import BagSink, Recording, RosFrame
 from dloftbs.ros.bag_metadata import QOS
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.support.documents import parse_yaml
@@ -147,6 +147,23 @@ def test_a_disk_that_is_full_costs_the_frame_at_hand(tmp_path, tracked, monkeypa
     assert len(list(Recording(tmp_path / "curves.mcap").messages({"/dloftbs/points"}))) == 1
 
 
+def test_a_file_that_was_cut_has_no_metadata_that_count_what_is_not_there(tmp_path, monkeypatch):
+    given = dloftbs.Frame(mask=bags.mask_of(0)), dloftbs.FrameResult((), (), "none", bags.SIZE)
+    sink = BagSink(tmp_path / "curves", overlay=False)
+    sink.write(*given)
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(AppendFile, "_write_all", full)
+        with pytest.raises(SinkError, match="No space left on device"):
+            sink.write(*given)
+    sink.close()
+    assert [path.name for path in (tmp_path / "curves").iterdir()] == ["curves_0.mcap"]
+    assert len(list(Recording(tmp_path / "curves").messages({"/dloftbs/points"}))) == 1
+
+
 @pytest.mark.parametrize("with_input", [False, True])
 @pytest.mark.parametrize("name", ["curves.mcap", "curves"])
 def test_an_older_recording_is_replaced_with_the_first_frame_and_not_before(name, with_input, tmp_path, tracked):
@@ -254,6 +271,30 @@ def test_each_message_goes_with_one_frame(tmp_path):
         assert len(list(source)) == COUNT
     with sources.open(path) as source:
         assert [frame.recorded for frame in source] == [None] * COUNT
+
+
+def test_a_frame_carries_its_own_image_and_depth_and_the_last_one_the_rest(tmp_path):
+    path = bags.write_mcap(tmp_path / "run.mcap", [*bags.entries(COUNT), *examples_of_notes(COUNT)])
+    with sources.open(path, keep_messages=True) as source:
+        carried = [[(raw.topic, raw.stamp_ns) for raw in frame.recorded] for frame in source]
+    own = [[(topic, at) for topic, at, _ in bags.entries(COUNT)[3 * i : 3 * i + 3]] for i in range(COUNT)]
+    assert carried == [*own[:-1], own[-1] + [(topic, at) for topic, at, _ in examples_of_notes(COUNT)]]
+
+
+def test_results_are_logged_by_the_clock_of_what_is_copied(tmp_path):
+    late_ns = 10**15  # as of simulated time
+    given = [(topic, at + late_ns, message) for topic, at, message in bags.entries(2)]
+    path = bags.write_mcap(tmp_path / "run.mcap", given)
+    with sources.open(path, keep_messages=True) as source:
+        frames = [*source, RosFrame(mask=bags.mask_of(2), stamp_ns=bags.stamp_of(2), recorded=())]
+    empty = dloftbs.FrameResult((), (), "none", bags.SIZE)
+    write(tmp_path / "copy", [(frame, empty) for frame in frames], with_input=True, overlay=False)
+    with (tmp_path / "copy" / "copy_0.mcap").open("rb") as file:
+        found = [raw for _, channel, raw in make_reader(file).iter_messages() if channel.topic == "/dloftbs/points"]
+    last = [bags.stamp_of(i) + 5_000_000 + late_ns for i in (0, 1, 1)]
+    assert [(raw.log_time, raw.publish_time) for raw in found] == [(at, bags.stamp_of(i)) for i, at in enumerate(last)]
+    with Reader(tmp_path / "copy") as reader:
+        assert reader.duration < 10**9
 
 
 def test_of_ros_1_and_of_our_own_topics_the_input_is_written_anew(tmp_path, tracked):

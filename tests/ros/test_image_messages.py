@@ -199,6 +199,20 @@ def test_a_png_of_channels_in_the_other_order():
     np.testing.assert_array_equal(pixels_of(message), pixels)
 
 
+@pytest.mark.parametrize("packed", ["", "bayer_rggb8", "BAYER_RGGB8 "])
+@pytest.mark.parametrize(("encoding", "dtype"), [("bayer_rggb8", "u1"), ("bayer_rggb16", "u2")])
+def test_a_mosaic_that_was_packed_as_it_is_becomes_bgr(encoding, dtype, packed):
+    mosaic = random((8, 10), dtype)
+    found = pixels_of(bags.compressed(bags.encoded(mosaic, ".png"), f"{encoding}; png compressed {packed}"))
+    np.testing.assert_array_equal(found, pixels_of(bags.raw_image(mosaic, encoding)))
+
+
+@pytest.mark.parametrize("form", ["bayer_rggb8; png compressed mono8", "mono8; png compressed ", "bayer; png", "png"])
+def test_grey_of_a_transport_stays_grey(form):
+    grey = random((8, 10))
+    np.testing.assert_array_equal(pixels_of(bags.compressed(bags.encoded(grey, ".png"), form)), grey)
+
+
 def test_a_png_of_16_bits_and_one_of_grey():
     for pixels in (random((7, 9), "u2"), random((7, 9))):
         found = pixels_of(bags.compressed(bags.encoded(pixels, ".png"), "16UC1; png compressed "))

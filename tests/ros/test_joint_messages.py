@@ -66,6 +66,24 @@ def test_joints_that_stream_are_kept_for_a_while():
         rows.take(joints_at(1, ["rail"], [1, 2])[2], 0)
 
 
+def test_after_time_went_back_joints_are_those_of_the_new_time():
+    rows = JointRows(keep_s=10.0)
+    for i in range(50):
+        rows.take(joints_at(bags.stamp_of(0) + i * 100_000_000, ["rail"], [5.0])[2], 0)
+    for i in range(3):
+        rows.take(joints_at(bags.stamp_of(0) + i * 100_000_000 + 7, ["rail"], [0.0])[2], 0)
+    assert repr(rows.states()) == "JointStates(rail: 3 rows)"
+    frame = Frame(mask=np.ones((4, 4), bool), stamp=bags.stamp_of(0) / 1e9 + 0.1)
+    assert rows.states().at(frame, robot_of("rail")) == {"rail": 0.0}
+
+
+def test_a_recording_keeps_all_joints_where_time_goes_back():
+    rows = JointRows()
+    for second in (5, 6, 1, 2):
+        rows.take(joints_at(second * 10**9, ["rail"], [second])[2], 0)
+    assert repr(rows.states()) == "JointStates(rail: 4 rows)"
+
+
 def test_a_joint_whose_messages_stop_is_unknown_though_others_go_on():
     rows = JointRows()
     for i in range(200):

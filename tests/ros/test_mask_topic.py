@@ -52,6 +52,18 @@ def test_each_image_has_its_mask(tmp_path, caplog, late_ns, depth):
     assert not caplog.records
 
 
+@pytest.mark.parametrize(("shift_ns", "count"), [(900_000, COUNT), (-900_000, COUNT), (16_000_000, 0)])
+def test_a_mask_has_the_stamp_of_its_image_but_for_what_rounding_takes(tmp_path, shift_ns, count):
+    frames, _ = read(written(tmp_path, masks(range(COUNT), shift_ns=shift_ns)))
+    assert len(frames) == count
+
+
+def test_frames_carry_their_own_images_however_late_masks_are(tmp_path):
+    frames, _ = read(written(tmp_path, masks(range(COUNT), 900_000_000)), keep_messages=True)
+    images = [[raw.stamp_ns for raw in frame.recorded if raw.topic == bags.COLOUR_TOPIC] for frame in frames]
+    assert images == [[bags.stamp_of(i) + 2_000_000] for i in range(COUNT)]
+
+
 def test_images_without_a_mask_are_left_out(tmp_path, caplog):
     frames, source = read(written(tmp_path, masks(range(1, COUNT, 3))))
 
@@ -65,7 +77,7 @@ def test_masks_of_other_times_are_said(tmp_path, caplog):
     frames, _ = read(written(tmp_path, masks(range(COUNT), shift_ns=200_000_000)[-1:]))
 
     assert frames == []
-    assert f"frames go without a mask: {MASKS} is at least 0.2 s away from every image, 0.02 s at most" in caplog.text
+    assert f"frames go without a mask: {MASKS} is at least 0.2 s away from every image, 0.001 s at most" in caplog.text
     caplog.clear()
     broken = [(MASKS, bags.stamp_of(0), bags.raw_image(bags.mask_of(0), "nonsense", bags.stamp_of(0)))]
     frames, source = read(written(tmp_path / "other", broken))

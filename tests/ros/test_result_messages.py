@@ -120,7 +120,8 @@ def test_markers_come_go_and_are_dim_where_nothing_is_seen():
     def markers(*tracks: Track) -> list[Any]:
         return sent(writer.message(header(), sampled_m(result_of(*tracks)))).markers
 
-    (line,) = markers(track_of(3, inferred=((0.0, 0.3),)))
+    older, line = markers(track_of(3, inferred=((0.0, 0.3),)))
+    assert (older.action, older.ns) == (3, "")  # of an earlier process
     assert (line.id, line.type, line.action, len(line.points)) == (3, 4, 0, SAMPLES)
     assert {color.a for color in line.colors} == {0.25, 1.0}
     assert line.colors[0].a == 0.25
@@ -133,8 +134,14 @@ def test_markers_come_go_and_are_dim_where_nothing_is_seen():
     assert [(marker.id, marker.action) for marker in markers(track_of(4, space=False))] == [(4, 2)]
     assert markers() == []
     markers(track_of(9))
-    assert [marker.action for marker in sent(writer.clear(header())).markers] == [3]
+    assert [(marker.action, marker.ns) for marker in sent(writer.clear(header())).markers] == [(3, "")]
     assert markers() == []
+
+
+def test_a_writer_that_was_cleared_at_first_removes_markers_once():
+    writer = MarkerWriter(bags.MAKE2)
+    writer.clear(header())
+    assert writer.message(header(), []).markers == []
 
 
 def test_branch_points_are_spheres_that_come_and_go():
@@ -161,7 +168,7 @@ def test_a_line_is_as_wide_in_another_coordinate_frame():
         MarkerWriter(bags.MAKE2).message(header(), [sample]),
         MarkerWriter(bags.MAKE2).message(header(), [elsewhere]),
     )
-    own, other = (message.markers[0] for message in lines)
+    own, other = (message.markers[-1] for message in lines)
     assert other.scale.x == own.scale.x
     assert [(point.x, point.z) for point in other.points[:1]] == [
         (sample.points[0, 2] + 5.0, sample.points[0, 0] + 5.0)
@@ -170,7 +177,7 @@ def test_a_line_is_as_wide_in_another_coordinate_frame():
 
 @pytest.mark.parametrize("width", [None, 0.01])
 def test_a_line_can_be_seen_however_thin(width):
-    (line,) = MarkerWriter(bags.MAKE2).message(header(), sampled_m(result_of(track_of(width=width)))).markers
+    _, line = MarkerWriter(bags.MAKE2).message(header(), sampled_m(result_of(track_of(width=width)))).markers
     assert line.scale.x == 0.002
 
 

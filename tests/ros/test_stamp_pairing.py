@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.ros.stamp_pairing import WAITING, StampPairing
+from dloftbs.ros.stamp_pairing import MASK_TOLERANCE_S, WAITING, WAITING_FOR_MASKS, StampPairing
 
 MS = 1_000_000
 STAMPS = st.lists(st.integers(0, 400), max_size=12, unique=True).map(sorted)
@@ -48,6 +48,31 @@ def test_depth_without_images_is_forgotten():
     for i in range(10_000):
         assert not list(pairing.add_partner(i * MS, i))
     assert list(pairing.add_image(5 * MS, -1)) == [(-1, None)]
+
+
+def test_after_time_went_back_images_get_the_partners_of_their_time_again():
+    pairing: StampPairing[int, int] = StampPairing(MASK_TOLERANCE_S, WAITING_FOR_MASKS)
+    found = []
+    for start in (0, 0, 50_000, 0):  # a recording of 10 s in a loop, and the reset of a simulator
+        for at in range(start, start + 10_000, 100):
+            found += pairing.add_image(at * MS, at)
+            found += pairing.add_partner(at * MS, at)
+    assert len(found) == 400
+    assert all(image == mask for image, mask in found)
+
+
+def test_what_waits_where_time_goes_back_comes_out_and_partners_that_came_first_are_kept():
+    pairing: StampPairing[int, int] = StampPairing(0.02)
+    assert not [*pairing.add_image(9000 * MS, 9000), *pairing.add_image(9033 * MS, 9033)]
+    assert not list(pairing.add_partner(10 * MS, 10))
+    assert list(pairing.add_image(5 * MS, 5)) == [(9000, None), (9033, None), (5, 10)]
+
+
+def test_images_that_overtake_each_other_do_not_begin_anew():
+    pairing: StampPairing[int, int] = StampPairing(0.02)
+    assert not list(pairing.add_image(1000 * MS, 1000))
+    assert not list(pairing.add_image(100 * MS, 100))
+    assert list(pairing.add_partner(1000 * MS, 1000)) == [(1000, 1000), (100, None)]
 
 
 def test_half_the_rate_of_depth_leaves_every_other_image_without():

@@ -112,7 +112,8 @@ def test_a_track_that_begins_late_and_ends_early_is_invisible_before_and_after(t
     [
         ((4, 6, 9), (None, None, None), [4, 6, 9]),
         ((0, 0, 0), (1.0, None, 2.0), [0, 1, 2]),
-        ((3, 4, 5), (1, 1, 2), [3, 4, 5]),
+        ((3, 4, 5), (1, 1, 1), [3, 4, 5]),
+        ((3, 4, 5), (2, 1, 3), [3, 4, 5]),
     ],
 )
 def test_without_rising_stamps_times_are_indices_or_a_count(tmp_path, indices, stamps, expected):
@@ -120,6 +121,15 @@ def test_without_rising_stamps_times_are_indices_or_a_count(tmp_path, indices, s
     stage = scene(tmp_path / "a.usda")
     assert curves_of(stage)["cable_1"].GetPointsAttr().GetTimeSamples() == expected
     assert stage.GetTimeCodesPerSecond() == 24.0
+
+
+def test_frames_of_one_stamp_follow_each_other_at_the_rate_of_the_others(tmp_path):
+    stamps = [0.0, 0.1, 0.1, 0.1, 0.2, 0.3, 0.3]
+    write(tmp_path / "a.usda", *(seen(helix(), index=n, stamp=t) for n, t in enumerate(stamps)))
+    stage = scene(tmp_path / "a.usda")
+    assert stage.GetTimeCodesPerSecond() == pytest.approx(10.0)
+    times = curves_of(stage)["cable_1"].GetPointsAttr().GetTimeSamples()
+    assert times == pytest.approx([0.0, 1.0, 1.001, 1.002, 2.0, 3.0, 3.001], abs=1e-6)
 
 
 def test_points_and_pose_are_arguments(tmp_path):

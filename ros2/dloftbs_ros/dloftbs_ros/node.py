@@ -2,9 +2,9 @@
 
 ``image``, ``depth`` and ``camera_info`` are remapped to what the camera publishes, and the parameter ``mask_topic``
 names the topic of a segmenter. With a `robot`, its joints come on ``joint_states``. A topic is subscribed once somebody
-publishes it, with its type, raw or compressed, and its reliability. Results go to ``~/points``, ``~/markers``,
-``~/points_px``, ``~/overlay/compressed``, ``~/mask``, ``~/answers`` and ``~/diagnostics``, as in recordings
-(docs/ros.md).
+publishes it, with its type, raw or compressed, its reliability and its durability. Results go to ``~/points``,
+``~/markers``, ``~/points_px``, ``~/overlay/compressed``, ``~/mask``, ``~/answers`` and ``~/diagnostics``, as in
+recordings (docs/ros.md).
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, PointCloud2
 from std_msgs.msg import String
@@ -56,7 +57,7 @@ from dloftbs.ros.bag_file import Topic
 from dloftbs.ros.joint_messages import JOINT_TYPE
 from dloftbs.ros.message_fields import stamp_ns_of
 from dloftbs.ros.result_messages import PIXELS
-from dloftbs.ros.stamp_pairing import WAITING_FOR_MASKS, StampPairing
+from dloftbs.ros.stamp_pairing import MASK_TOLERANCE_S, WAITING_FOR_MASKS, StampPairing
 from dloftbs.ros.topic_choice import COMPRESSED_TYPE, IMAGE_TYPE, IMAGE_TYPES, INFO_TYPE, Topics
 from dloftbs.sinks._images import encode
 from dloftbs.sources.pixels import kind_for
@@ -151,8 +152,8 @@ class TrackNode(Node):
         self._markers = MarkerWriter(self._make)
         self._newest: Newest[Moment] = Newest(self._asked.max_rate)
         self._pairing: StampPairing[_Arrived, _Arrived] = StampPairing()
-        self._masking: StampPairing[Pair, _Arrived] = StampPairing(waiting=WAITING_FOR_MASKS)
-        self._inputs: dict[str, tuple[tuple[str, bool], Any]] = {}
+        self._masking: StampPairing[Pair, _Arrived] = StampPairing(MASK_TOLERANCE_S, WAITING_FOR_MASKS)
+        self._inputs: dict[str, tuple[Publisher, Any]] = {}
         self._problems: dict[str, str] = {}
         self._outputs = {name: self.create_publisher(kind, f"~/{name}", DEPTH) for name, kind in _OUTPUTS.items()}
         self._received = self._unreadable = self._answered = self._untransformed = self._unmasked = 0
@@ -160,7 +161,8 @@ class TrackNode(Node):
         self._watch = Watch(self._topics, monotonic())
         self._lock = threading.Lock()  # of the pipeline and the markers: reset comes from another thread
         self.create_service(Empty, "~/reset", self._reset)
-        self.create_timer(LOOK_S, self._look)
+        # By a steady clock: that of ROS stands still where a simulator does not publish it.
+        self.create_timer(LOOK_S, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.ended = threading.Event()
         self.failure: Exception | None = None
         self._thread = threading.Thread(target=self._work, name="dloftbs", daemon=True)
@@ -188,7 +190,7 @@ class TrackNode(Node):
                 self.get_logger().error(problem)
             self._problems[name] = problem or ""
             if wanted is not None and wanted != self._inputs.get(name, (None,))[0]:
-                self._subscribe(name, *wanted)
+                self._subscribe(name, wanted)
         for text in self._watch.words(monotonic(), self._present, self._problems, self._wants_metres()):
             self.get_logger().warning(text)
             self._report(_WARN, text)
@@ -200,7 +202,12 @@ class TrackNode(Node):
 
     def _offers(self, topic: str) -> list[Publisher]:
         return [
-            Publisher(topic, found.topic_type, found.qos_profile.reliability == ReliabilityPolicy.RELIABLE)
+            Publisher(
+                topic,
+                found.topic_type,
+                found.qos_profile.reliability == ReliabilityPolicy.RELIABLE,
+                found.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
+            )
             for found in self.get_publishers_info_by_topic(topic)
         ]
 
@@ -209,18 +216,17 @@ class TrackNode(Node):
         topics = [name for name, _ in self.get_topic_names_and_types() if not name.startswith(own)]
         return [publisher for topic in topics for publisher in self._offers(topic)]
 
-    def _subscribe(self, name: str, type_name: str, reliable: bool) -> None:
+    def _subscribe(self, name: str, wanted: Publisher) -> None:
         if name in self._inputs:
             self.destroy_subscription(self._inputs.pop(name)[1])
-        policy = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
-        subscription = self.create_subscription(
-            _CLASSES[type_name],
-            self._topics[name],
-            partial(self._take, name),
-            QoSProfile(depth=DEPTH, reliability=policy),
+        qos = QoSProfile(
+            depth=DEPTH,
+            reliability=ReliabilityPolicy.RELIABLE if wanted.reliable else ReliabilityPolicy.BEST_EFFORT,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if wanted.latched else DurabilityPolicy.VOLATILE,
         )
-        self._inputs[name] = (type_name, reliable), subscription
-        self.get_logger().info(f"subscribed to {Publisher(self._topics[name], type_name, reliable)}")
+        take = partial(self._take, name)
+        self._inputs[name] = wanted, self.create_subscription(_CLASSES[wanted.type_name], wanted.topic, take, qos)
+        self.get_logger().info(f"subscribed to {wanted}")
 
     def _take(self, name: str, message: Any) -> None:
         self._watch.hear(name, monotonic())
@@ -242,6 +248,8 @@ class TrackNode(Node):
             pairs = self._pairing.add_partner(arrived.stamp_ns, arrived)
         else:
             self._received += 1
+            if self._transforms is not None and self._pairing.begins_anew(arrived.stamp_ns):
+                self._transforms.forget()  # tf takes those of the new time for old ones
             pairs = self._pairing.add_image(arrived.stamp_ns, arrived)
         self._pass_on(pairs)
         if "depth" not in self._inputs or not self.count_publishers(self._topics["depth"]):
@@ -269,7 +277,7 @@ class TrackNode(Node):
         with self._lock:
             self._pipeline.reset()
             self._pairing = StampPairing()
-            self._masking = StampPairing(waiting=WAITING_FOR_MASKS)
+            self._masking = StampPairing(MASK_TOLERANCE_S, WAITING_FOR_MASKS)
             if self._transforms is not None:
                 self._transforms.forget()
             if self._robot is not None:
@@ -355,21 +363,22 @@ class TrackNode(Node):
             return None
         samples: list[SampledTrack] = list(sampled_m(result))
         points = result.branch_points
+        problem = None
         if self._transforms is not None and target and target != header.frame_id:
             try:
                 pose = self._transforms.pose(header.frame_id, target, header.stamp_ns)
                 samples, points = moved(samples, pose), moved_points(points, pose)
             except TransformError as error:
                 self._untransformed += 1
-                text = f"no curves in space: {error}"
-                self.get_logger().warning(text, throttle_duration_sec=SILENT_S)
-                return text
+                problem = f"no curves in space: {error}"
+                self.get_logger().warning(problem, throttle_duration_sec=SILENT_S)
+                samples, points = [], ()
         message_header = Header(header.stamp_ns, target or header.frame_id).message(make)
-        if self._is_heard("points"):
+        if problem is None and self._is_heard("points"):
             self._outputs["points"].publish(points_message(make, message_header, samples, 3))
         if self._is_heard("markers"):
             self._outputs["markers"].publish(self._markers.message(message_header, samples, points))
-        return None
+        return problem
 
     def _is_heard(self, output: str) -> bool:
         return bool(self._outputs[output].get_subscription_count() > 0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dloftbs.ros.topic_choice import IMAGE_TYPES, INFO_TYPE, base_name
 
@@ -14,11 +14,15 @@ _ALIGN = "a RealSense's driver publishes it once started with align_depth.enable
 
 @dataclass(frozen=True)
 class Publisher:
-    """A publisher of a topic: the type of its messages, and whether they are reliable."""
+    """A publisher of a topic, or who subscribes to it: the type of its messages, and whether they are reliable.
+
+    With `latched`, messages of before the subscription come, too: durability TRANSIENT_LOCAL.
+    """
 
     topic: str
     type_name: str
     reliable: bool
+    latched: bool = False
 
     def __str__(self) -> str:
         return f"{self.topic} ({self.type_name}, {_word(self.reliable)})"
@@ -26,8 +30,10 @@ class Publisher:
 
 def choose(
     publishers: Sequence[Publisher], types: Iterable[str], reliability: str
-) -> tuple[tuple[str, bool] | None, str | None]:
-    """Return the type to subscribe with and whether reliably, or None and what is wrong, if anything.
+) -> tuple[Publisher | None, str | None]:
+    """Return what to subscribe as, or None and what is wrong, if anything.
+
+    It is latched if all publishers are: such a reader gets nothing of another writer.
 
     Parameters
     ----------
@@ -48,7 +54,8 @@ def choose(
     problem = None
     if reliable and not all(publisher.reliable for publisher in known):
         problem = f"{known[0].topic} is published with best effort: a reliable subscription gets nothing of it"
-    return (known[0].type_name, reliable), problem
+    latched = all(publisher.latched for publisher in known)
+    return replace(known[0], reliable=reliable, latched=latched), problem
 
 
 def silence_text(topic: str, seconds: float, present: Sequence[Publisher], problem: str | None = None) -> str:
@@ -131,7 +138,8 @@ def _remap(name: str, topic: str, candidates: Sequence[Publisher]) -> str:
 
 def _of(present: Iterable[Publisher], is_meant: Callable[[Publisher], bool]) -> list[Publisher]:
     """Return the publishers that are meant, one of each kind, in the order of their names."""
-    return sorted({publisher for publisher in present if is_meant(publisher)}, key=str)
+    kinds = {str(publisher): publisher for publisher in present if is_meant(publisher)}
+    return [kinds[text] for text in sorted(kinds)]
 
 
 def _is_depth(publisher: Publisher) -> bool:

@@ -12,8 +12,8 @@ from dloftbs.robot import RobotModel
 from dloftbs.ros.joint_messages import JointRows
 from dloftbs_ros.transforms import Transforms
 
-KEEP_S = 2.0
-"""Time that joints are kept: frames wait for depth and masks for no longer than a second."""
+KEEP_S = 10.0
+"""Time that joints are kept, as that of transforms in tf's buffer: 32 images wait for masks, 6.4 s at 5 a second."""
 _URDF = (".urdf", ".xml")
 
 

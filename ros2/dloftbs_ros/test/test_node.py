@@ -14,6 +14,7 @@ from conftest import FRAME_ID, MAKE, PERIOD_NS, T0_NS, header, rows_of, values_o
 from dloftbs_ros.parameters import Parameters
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Empty
@@ -25,7 +26,8 @@ SIZE = (240, 426)
 FRAMES = 8
 OFF_M = 0.005
 """Half the width of the cable."""
-_WARN, _ERROR, _DELETE_ALL = 1, 2, 3
+_WARN, _ERROR = 1, 2
+_DELETE, _DELETE_ALL = 2, 3
 STAND_IN = str(Path(__file__).with_name("stand_in"))
 TOPICS = {
     "image": "/camera/camera/color/image_raw",
@@ -124,7 +126,9 @@ def test_curves_in_metres_come_back_with_time_frame_and_id(peer):
         assert np.median(distance) < OFF_M
         assert len(rows_of(flat)) == 100
     assert len(ids) == 1
-    assert {marker.id for message in peer.heard["markers"] for marker in message.markers} == ids
+    older, *markers = [marker for message in peer.heard["markers"] for marker in message.markers]
+    assert (older.action, older.ns) == (_DELETE_ALL, "")
+    assert {marker.id for marker in markers} == ids
     last = values_of(peer.heard["diagnostics"][-1])
     assert (last["received"], last["answered"], last["dropped"], last["unreadable"]) == (
         str(FRAMES),
@@ -275,7 +279,8 @@ def test_curves_come_in_the_frame_that_was_asked_for_by_the_transform_of_their_t
     assert f"no transform from '{FRAME_ID}' to 'base'" in status.message
     assert values_of(peer.heard["diagnostics"][0])["without transform"] == "1"
     assert len(rows_of(peer.heard["points_px"][0])) == 100
-    assert (peer.heard["points"], peer.heard["markers"]) == ([], [])
+    assert peer.heard["points"] == []
+    assert [marker.action for marker in peer.heard["markers"][0].markers] == [_DELETE_ALL]
 
     transforms.publish(stamped(1))
     peer.listen(0.3)
@@ -284,7 +289,8 @@ def test_curves_come_in_the_frame_that_was_asked_for_by_the_transform_of_their_t
     camera.send(2)  # its transform comes after it
     transforms.publish(stamped(2))
     peer.wait("frame 2", lambda: len(peer.heard["diagnostics"]) == 3)
-    assert peer.stamps("points") == peer.stamps("markers") == [T0_NS + index * PERIOD_NS for index in (1, 2)]
+    assert peer.stamps("points") == [T0_NS + index * PERIOD_NS for index in (1, 2)]
+    assert peer.stamps("markers") == [T0_NS + index * PERIOD_NS for index in (0, 1, 2)]
     for index, cloud in enumerate(peer.heard["points"], start=1):
         assert cloud.header.frame_id == "base"
         assert camera.off_m(points_of(cloud) * (1, -1, -1) + (0, 0, 2), index) < OFF_M
@@ -295,6 +301,11 @@ def test_curves_come_in_the_frame_that_was_asked_for_by_the_transform_of_their_t
     assert 0.002 < markers[0].scale.x < 0.05
     assert peer.heard["points_px"][-1].header.frame_id == f"{FRAME_ID}/pixels"
     assert peer.heard["diagnostics"][-1].status[0].level == bytes([0])
+
+    camera.send(3)  # without a transform of its time, markers of another place go
+    peer.wait("frame 3", lambda: len(peer.heard["diagnostics"]) == 4)
+    peer.wait("no markers", lambda: len(peer.heard["markers"]) == 4)
+    assert {marker.action for marker in peer.heard["markers"][-1].markers} == {_DELETE}
     assert peer.interrupt() == 0, peer.log()
     assert "Traceback" not in peer.log()
 
@@ -340,7 +351,7 @@ def test_a_frame_that_cannot_be_read_is_reported_and_tracking_can_begin_anew(pee
     done = reset.call_async(Empty.Request())
     peer.wait("reset", done.done)
     peer.wait("markers", lambda: len(peer.heard["markers"]) == 2)
-    assert [marker.action for marker in peer.heard["markers"][1].markers] == [_DELETE_ALL]
+    assert [(marker.action, marker.ns) for marker in peer.heard["markers"][1].markers] == [(_DELETE_ALL, "")]
     assert peer.interrupt(signal.SIGTERM) == 0, peer.log()
     assert "Traceback" not in peer.log()
 
@@ -403,6 +414,44 @@ def test_silence_is_explained_by_what_there_is(peer):
     assert "/camera/color/image_raw (sensor_msgs/msg/Image, best effort)" in said
     assert said in peer.log()
     assert other.get_subscription_count() == 0
+
+
+def test_topics_are_looked_for_though_the_time_of_a_simulator_stands_still(peer):
+    peer.start("-p", "hsv:=170:10", "-p", "use_sim_time:=true")
+    peer.wait("kernels", lambda: "kernels are ready" in peer.log())
+    image = peer.publisher(Image, "/image")  # after the look at the start
+    peer.wait_matched(image)
+    image.publish(image_message(MAKE, header(0), red()))
+    peer.wait("curves", lambda: peer.heard["points_px"])
+
+
+def test_a_camera_that_was_latched_before_the_node_started_is_heard(peer):
+    sequence = rgbd_artificial(size=SIZE)[0]
+    image, depth = peer.publisher(Image, "/image"), peer.publisher(Image, "/depth")
+    qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    info = peer.node.create_publisher(CameraInfo, "/camera_info", qos)
+    info.publish(camera_message(MAKE, header(0), sequence.camera, SIZE))
+    peer.start()
+    peer.wait_matched(image, depth, info)
+    frame = sequence.frame(0)
+    depth.publish(image_message(MAKE, header(0), np.round(frame.depth * 1000).astype(np.uint16)))
+    image.publish(mask_message(MAKE, header(0), frame.mask))
+    peer.wait("curves", lambda: peer.heard["points"])
+    assert len(rows_of(peer.heard["points"][0])) == 100
+
+
+def test_after_time_went_back_images_get_their_masks_again(peer):
+    sequence = rgbd_artificial(size=SIZE)[0]
+    image, mask = peer.publisher(Image, "/image"), peer.publisher(Image, "/sam2/mask")
+    peer.start("-p", "mask_topic:=/sam2/mask")
+    peer.wait_matched(image, mask)
+    photo = np.full((*SIZE, 3), 90, np.uint8)
+    for index in (300, 301, 0, 1):
+        image.publish(image_message(MAKE, header(index), photo))
+        peer.listen(0.3)
+        mask.publish(mask_message(MAKE, header(index), sequence.frame(index % FRAMES).mask))
+        stamp = T0_NS + index * PERIOD_NS
+        peer.wait(f"curves of frame {index}", lambda last=stamp: peer.stamps("points_px")[-1:] == [last])
 
 
 def test_the_mask_that_a_colour_finds_is_published_while_somebody_listens(peer):

@@ -108,11 +108,14 @@ def test_who_waits_goes_on_when_it_is_closed():
         ([(IMAGE, False)], "reliable", (IMAGE, True), "best effort"),
         ([("std_msgs/msg/String", True)], "auto", None, "must be of type sensor_msgs/msg/Image"),
         ([("std_msgs/msg/String", True), (JPEG, True)], "auto", (JPEG, True), ""),
+        ([(INFO, True, True)], "auto", (INFO, True, True), ""),
+        ([(INFO, True, True), (INFO, True, False)], "auto", (INFO, True, False), ""),
+        ([(INFO, True, True), ("std_msgs/msg/String", True)], "auto", (INFO, True, True), ""),
     ],
 )
-def test_type_and_reliability_are_those_of_who_publishes(offers, reliability, chosen, said):
-    found, problem = choose([Publisher("/a", *offer) for offer in offers], (IMAGE, JPEG), reliability)
-    assert found == chosen
+def test_type_reliability_and_durability_are_those_of_who_publishes(offers, reliability, chosen, said):
+    found, problem = choose([Publisher("/a", *offer) for offer in offers], (IMAGE, JPEG, INFO), reliability)
+    assert found == (None if chosen is None else Publisher("/a", *chosen))
     assert said in (problem or "") and bool(said) == (problem is not None)
 
 
@@ -120,6 +123,7 @@ def test_type_and_reliability_are_those_of_who_publishes(offers, reliability, ch
     ("present", "said"),
     [
         ([], "nobody publishes images"),
+        ([Publisher("/b", JPEG, False, True), Publisher("/b", JPEG, False)], "one of: /b (sensor_msgs/msg/Comp"),
         ([Publisher("/b", JPEG, False)], "one of: /b (sensor_msgs/msg/CompressedImage, best effort)"),
         (
             [Publisher("/depth", IMAGE, True), Publisher("/b", IMAGE, True)],

@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -18,6 +20,9 @@ from dloftbs.errors import InputError, SourceError
 from dloftbs.sources import Source, naming_rules
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, natural_key
 from dloftbs.sources.look_alikes import warn_of_labels
+
+if TYPE_CHECKING:
+    from dloftbs.ros.bag_file import RawMessage
 
 _log = logging.getLogger("dloftbs.cli")
 
@@ -34,7 +39,8 @@ class UsableFrames:
     """Iterates over a source, and leaves out frames that lack what a mask is made from.
 
     A frame lacks a mask where there is no way to make one, and depth where masks are made from it and others have it. A
-    region of interest must lie within it, and holds for frames of the first one's size.
+    region of interest must lie within it, and holds for frames of the first one's size. Messages of the recording that
+    such a frame carries go with the next usable one.
 
     Parameters
     ----------
@@ -72,24 +78,32 @@ class UsableFrames:
         return self._source.skipped + self._unusable
 
     def __iter__(self) -> Iterator[Frame]:
+        earlier: tuple[RawMessage, ...] = ()
         for frame in self._source:
             if frame.index % self._every:
                 continue
             self._had_depth = self._had_depth or frame.depth is not None
-            misfit = self._misfit(frame)
-            if misfit is not None:
+            problem = self._problem(frame)
+            if problem is not None:
                 self._unusable += 1
-                _log.warning("skipped frame %d (%s): %s", frame.index, frame.name, misfit)
-            elif frame.mask is None and self._asks_depth and self._had_depth and frame.depth is None:
-                self._unusable += 1
-                _log.warning("skipped frame %d (%s): it has no depth, which the plane needs", frame.index, frame.name)
-            elif frame.mask is not None or self._has_colour:
-                yield frame
-            elif self._has_masks:
-                self._unusable += 1
-                _log.warning("skipped frame %d (%s): it has no mask, and there is no --hsv", frame.index, frame.name)
-            else:
-                raise Failure(NO_COLOUR.format(name=frame.name, tune=self._tune))
+                _log.warning("skipped frame %d (%s): %s", frame.index, frame.name, problem)
+                earlier += _recorded_in(frame)
+                continue
+            yield _with_recorded(frame, earlier) if earlier else frame
+            earlier = ()
+
+    def _problem(self, frame: Frame) -> str | None:
+        """Return why a frame is not usable; None if it is."""
+        misfit = self._misfit(frame)
+        if misfit is not None:
+            return misfit
+        if frame.mask is None and self._asks_depth and self._had_depth and frame.depth is None:
+            return "it has no depth, which the plane needs"
+        if frame.mask is not None or self._has_colour:
+            return None
+        if self._has_masks:
+            return "it has no mask, and there is no --hsv"
+        raise Failure(NO_COLOUR.format(name=frame.name, tune=self._tune))
 
     def _misfit(self, frame: Frame) -> str | None:
         """Return why the region of interest does not hold for a frame; None if it does."""
@@ -103,6 +117,19 @@ class UsableFrames:
         except InputError as error:
             return str(error)
         return None
+
+
+def _recorded_in(frame: Frame) -> tuple[RawMessage, ...]:
+    from dloftbs.ros import RosFrame  # late: it takes long to load
+
+    return frame.recorded or () if isinstance(frame, RosFrame) else ()
+
+
+def _with_recorded(frame: Frame, earlier: tuple[RawMessage, ...]) -> Frame:
+    """Return a frame that also carries messages of the frames before it."""
+    from dloftbs.ros import RosFrame
+
+    return replace(frame, recorded=earlier + _recorded_in(frame)) if isinstance(frame, RosFrame) else frame
 
 
 def without_partners(where: Sequence[str], inputs: InputOptions) -> list[str]:

@@ -44,7 +44,8 @@ class BagSink(PathSink):
     space, ``points_px`` (PointCloud2, pixels, in a frame of its own) of all curves, ``overlay/compressed``, ``mask``
     where the frame brought one, ``diagnostics``; with the input, also ``image``, ``depth`` and ``camera_info``, or,
     where frames carry the messages of their recording (`RosFrame.recorded`), these as they are, on their own topics.
-    All have the time and the coordinate frame of the input.
+    All have the time and the coordinate frame of the input. The file has one clock: where messages are copied, results
+    are logged at the time of the last one that was copied.
 
     The messages of each frame are a chunk of the file, on its way to the disk before `write` returns: whenever the
     process dies, every frame written is whole. Only the index at the end is then missing, which readers of unfinished
@@ -85,6 +86,7 @@ class BagSink(PathSink):
         self._counts: dict[tuple[str, str], int] = {}
         self._qos: dict[str, str] = {}
         self._span_ns: tuple[int, int] | None = None
+        self._copied_ns: int | None = None
         self._is_cut = False
         self._folder = None if self._path.suffix.lower() == SUFFIX else self._path
         self._buffer = _Buffer()
@@ -120,8 +122,9 @@ class BagSink(PathSink):
                 messages |= self._input(frame, metres)
             for raw in recorded or ():
                 self._copy(raw)
+        log_ns = header.stamp_ns if self._copied_ns is None else self._copied_ns
         for name, message in messages.items():
-            self._put(f"{OWN_TOPICS}{name}", header.stamp_ns, message)
+            self._put(f"{OWN_TOPICS}{name}", message, log_ns, header.stamp_ns)
         self._flush()
 
     def _input(self, frame: Frame, header: Any) -> dict[str, Any]:
@@ -134,13 +137,13 @@ class BagSink(PathSink):
             messages["camera_info"] = camera_message(self._make, header, frame.camera, frame.size)
         return messages
 
-    def _put(self, topic: str, stamp_ns: int, message: Any) -> None:
+    def _put(self, topic: str, message: Any, log_ns: int, published_ns: int) -> None:
         kind = message.__msgtype__
         if topic not in self._channels:
             schema = self._schema(kind, "ros2msg", self._types.definition(kind).encode())
             self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
-        self._writer.add_message(self._channels[topic], stamp_ns, self._types.write(message), stamp_ns)
-        self._count(topic, kind, stamp_ns)
+        self._writer.add_message(self._channels[topic], log_ns, self._types.write(message), published_ns)
+        self._count(topic, kind, log_ns)
 
     def _copy(self, raw: RawMessage) -> None:
         """Write a message as it was recorded."""
@@ -159,6 +162,7 @@ class BagSink(PathSink):
             self._copied[channel], raw.stamp_ns, bytes(raw.data), raw.published_ns, sequence=raw.sequence
         )
         self._count(channel.topic, channel.type_name, raw.stamp_ns)
+        self._copied_ns = raw.stamp_ns
 
     def _schema(self, kind: str, encoding: str, definition: bytes) -> int:
         """Return the number of a type's definition in the file."""
@@ -194,7 +198,7 @@ class BagSink(PathSink):
                 self._append()
         finally:
             self._file.close()
-        if self._folder is not None:
+        if self._folder is not None and not self._is_cut:
             text = metadata_yaml(self._file.path.name, self._counts, self._span_ns, self._qos)
             write_whole(self._folder / METADATA, text.encode())
 

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.data.frame import Frame
@@ -17,7 +17,7 @@ from dloftbs.ros.frame_messages import FrameMaker, ImageAndMask
 from dloftbs.ros.message_fields import NS_PER_S, kind_of_reason, stamp_ns_of
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
-from dloftbs.ros.stamp_pairing import TOLERANCE_S, WAITING, WAITING_FOR_MASKS, StampPairing
+from dloftbs.ros.stamp_pairing import MASK_TOLERANCE_S, TOLERANCE_S, WAITING, WAITING_FOR_MASKS, StampPairing
 from dloftbs.ros.topic_choice import IMAGE_TYPES, INFO_TYPE, OWN_TOPICS, Topics, choose_topics
 from dloftbs.ros.topic_clock import TopicClock
 from dloftbs.sources.pixels import Kind
@@ -51,7 +51,9 @@ class _Moment(NamedTuple):
     mask: _Item | None = None
 
 
-T = TypeVar("T")
+_Readable = tuple[_Moment, ImageAndMask]
+_Kept = deque[tuple[int, RawMessage]]
+"""Messages that no frame has yet, each with the index of the last image at that time."""
 
 
 class BagSource(Source):
@@ -82,7 +84,7 @@ class BagSource(Source):
     guess_depth : bool
         Whether depth is looked for where none is named.
     tolerance_s : float
-        Largest difference between the stamps of an image and its depth, or its mask.
+        Largest difference between the stamps of an image and its depth.
     keep_messages : bool
         Whether frames carry the messages of all topics of ROS 2 (`RosFrame.recorded`), each exactly once, so that
         `BagSink` can copy them: all but those of our own results. Where frames are made of these, none is kept.
@@ -217,14 +219,12 @@ class BagSource(Source):
 
     def _frames(self) -> Iterator[Frame]:
         topics, maker = self.topics, self._maker()
-        kept: list[RawMessage] = []
+        kept: _Kept = deque()
         readable = self._readable(maker, kept)
         count = 0
-        # A frame late, so that the last one takes what came after it.
-        for (image, depth, _), pixels in _one_late(readable) if self._kept else readable:
+        found: Iterable[tuple[_Readable, tuple[RawMessage, ...] | None]] = ((one, None) for one in readable)
+        for ((image, depth, _), pixels), recorded in _with_recorded(readable, kept) if self._kept else found:
             count += 1
-            recorded = tuple(kept) if self._kept else None
-            kept.clear()
             yield maker.make(
                 image.message,
                 pixels,
@@ -246,7 +246,7 @@ class BagSource(Source):
         if self.length is not None and count + self.skipped < self.length:
             self.skipped = self.length - count  # which the recording has said that it cannot be read to its end
 
-    def _readable(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[tuple[_Moment, ImageAndMask]]:
+    def _readable(self, maker: FrameMaker, kept: _Kept) -> Iterator[_Readable]:
         """Yield what has an image that can be read, and add the messages that were come by to those that are kept."""
         wanted = self.topics.mask
         without = 0
@@ -277,7 +277,7 @@ class BagSource(Source):
         self._said.add(reason)
         return is_new
 
-    def _with_camera(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[_Moment]:
+    def _with_camera(self, maker: FrameMaker, kept: _Kept) -> Iterator[_Moment]:
         """Yield images and what goes with them, the first ones only once the camera is known, if one is to come."""
         waiting: list[_Moment] = []
         waits = self.topics.info is not None
@@ -289,7 +289,7 @@ class BagSource(Source):
                 waiting.clear()
         yield from waiting
 
-    def _moments(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[_Moment]:
+    def _moments(self, maker: FrameMaker, kept: _Kept) -> Iterator[_Moment]:
         """Yield images with their depth and their mask, as far as these have topics."""
         depth, mask = self.topics.depth, self.topics.mask
         by_log = depth is not None and self._has_two_clocks()
@@ -298,7 +298,7 @@ class BagSource(Source):
         )
         masking: StampPairing[Pair, _Item] | None = None
         if mask is not None:
-            masking = StampPairing(self._tolerance_s, WAITING_FOR_MASKS)
+            masking = StampPairing(MASK_TOLERANCE_S, WAITING_FOR_MASKS)
         images = 0
         for name, log_ns, item in self._items(maker, kept):
             images += name == self.topics.image.name
@@ -320,7 +320,7 @@ class BagSource(Source):
             if topic is not None and pairs_of is not None and images:
                 self._say_pairs(what, topic, pairs_of.least_gap_ns, pairs_of.tolerance_ns)
 
-    def _items(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[tuple[str, int, _Item]]:
+    def _items(self, maker: FrameMaker, kept: _Kept) -> Iterator[tuple[str, int, _Item]]:
         """Yield images, depths and masks as they come, with their topics and the times of the recording."""
         topics = self.topics
         offsets = (
@@ -332,12 +332,12 @@ class BagSource(Source):
         types = {topic.name: topic.type_name for topic in topics.used}
         index = -1
         for raw in self._recording.messages(self._kept | types.keys()):
-            if raw.topic in self._kept and raw.channel is not None:
-                kept.append(raw)
-            if raw.topic not in types:
-                continue
             is_image = raw.topic == topics.image.name
             index += is_image
+            if raw.topic in self._kept and raw.channel is not None:
+                kept.append((index, raw))
+            if raw.topic not in types:
+                continue
             try:
                 message = self._types.read(raw.data, types[raw.topic])
                 header_ns = stamp_ns_of(message)
@@ -395,11 +395,18 @@ def _masked(found: Iterable[tuple[Pair, _Item | None]]) -> Iterator[_Moment]:
         yield _Moment(*pair, mask)
 
 
-def _one_late(items: Iterable[T]) -> Iterator[T]:
-    """Yield items, each after the next one was taken."""
-    waiting: deque[T] = deque()
-    for item in items:
-        waiting.append(item)
-        if len(waiting) > 1:
-            yield waiting.popleft()
-    yield from waiting
+def _with_recorded(found: Iterable[_Readable], kept: _Kept) -> Iterator[tuple[_Readable, tuple[RawMessage, ...]]]:
+    """Yield what was found, each with its messages, which end before the next image however late it was found.
+
+    Each comes after the next one was found, so that the last one takes what came after it.
+    """
+    waiting: _Readable | None = None
+    recorded: list[RawMessage] = []
+    for one in found:
+        if waiting is not None:
+            yield waiting, tuple(recorded)
+        waiting, recorded = one, []
+        while kept and kept[0][0] <= one[0].image.index:
+            recorded.append(kept.popleft()[1])
+    if waiting is not None:
+        yield waiting, (*recorded, *(raw for _, raw in kept))

@@ -98,11 +98,7 @@ def pixels_of(message: Any) -> AnyArray:
     layout = ENCODINGS.get(encoding.lower())
     if layout is None:
         raise InputError(f"unknown encoding {shown(encoding)} of an image; known are {', '.join(ENCODINGS)}")
-    pixels = _rows_of(message, layout, encoding)
-    if layout.is_colour:
-        pixels = upper_bits(pixels)
-    if layout.conversion is not None:
-        pixels = _converted(pixels, layout.conversion)
+    pixels = _in_bgr(_rows_of(message, layout, encoding), layout)
     return np.ascontiguousarray(pixels[:, ::2]) if layout.half_rows == _FULL_CHROMA else pixels
 
 
@@ -173,10 +169,15 @@ def _with_chroma(data: npt.NDArray[np.uint8], height: int, width: int, step: int
     return pairs.reshape(height, 2 * width, 2)
 
 
-def _converted(pixels: AnyArray, conversion: str) -> AnyArray:
+def _in_bgr(pixels: AnyArray, layout: _Layout) -> AnyArray:
+    """Return the pixels of a layout of colour as BGR, and others as they are."""
+    if layout.is_colour:
+        pixels = upper_bits(pixels)
+    if layout.conversion is None:
+        return pixels
     import cv2
 
-    return np.asarray(cv2.cvtColor(pixels, getattr(cv2, conversion)))
+    return np.asarray(cv2.cvtColor(pixels, getattr(cv2, layout.conversion)))
 
 
 def _decompressed(message: Any) -> AnyArray:
@@ -189,9 +190,20 @@ def _decompressed(message: Any) -> AnyArray:
     except SourceError as error:
         raise InputError(f"a compressed image ({shown(form)}) {error}") from error
     if pixels.ndim == 2:
-        return pixels
+        return _without_mosaic(pixels, form)
     # The transport says in which order it handed the channels to the codec, which takes them for BGR.
     return upper_bits(pixels[..., ::-1].copy() if "compressed rgb" in form else pixels)
+
+
+def _without_mosaic(pixels: AnyArray, form: str) -> AnyArray:
+    """Return the one channel of a codec, in BGR if the transport says that it is a mosaic that was packed as it is."""
+    encoding, _, packing = (part.strip() for part in form.partition(";"))
+    packed = packing.partition("compressed")[2].strip()  # empty in ROS 1 and in older ROS 2
+    layout = ENCODINGS.get(encoding)
+    if layout is None or not encoding.startswith("bayer_") or not (packed.startswith("bayer_") or not packed):
+        return pixels
+    _check_shape(layout, encoding, *pixels.shape)
+    return _in_bgr(pixels, layout)
 
 
 def _check_size(height: int, width: int) -> None:

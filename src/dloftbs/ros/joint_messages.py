@@ -14,6 +14,8 @@ from dloftbs.robot import JointStates
 from dloftbs.ros.message_fields import NS_PER_S, field_of, stamp_ns_of
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
+from dloftbs.ros.stamp_pairing import RESTART_S
+from dloftbs.support.arrays import FloatArray
 
 logger = logging.getLogger("dloftbs.sources")
 
@@ -28,11 +30,13 @@ class JointRows:
     Parameters
     ----------
     keep_s : float
-        Time that is kept before the newest position of each joint; all of it where it is left out.
+        Time that is kept before the newest position of each joint; where time goes back by more than `RESTART_S`,
+        nothing before that is kept. Without it, all is kept.
     """
 
     def __init__(self, keep_s: float = math.inf) -> None:
         self._keep_s = keep_s
+        self._restart_s = RESTART_S if math.isfinite(keep_s) else math.inf
         self._rows: dict[str, dict[float, float]] = {}
 
     def take(self, message: Any, stamp_ns: int) -> None:
@@ -55,6 +59,8 @@ class JointRows:
             raise InputError(f"a JointState has {len(names)} names and {len(places)} positions, or one is not finite")
         for name, place in zip(names, places.tolist(), strict=False):  # drivers may leave all positions out
             row = self._rows.setdefault(name, {})
+            if row and next(reversed(row)) - time > self._restart_s:
+                row.clear()
             row[time] = place
             while (first := next(iter(row))) < time - self._keep_s:
                 del row[first]
@@ -63,8 +69,13 @@ class JointRows:
         """Return the joints, each at the times of its own messages, or None where none came."""
         if not self._rows:
             return None
-        rows = {name: np.array(sorted(row.items())).T for name, row in self._rows.items()}
-        return JointStates({name: (times, positions) for name, (times, positions) in rows.items()})
+        return JointStates({name: _sorted(row) for name, row in self._rows.items()})
+
+
+def _sorted(row: dict[float, float]) -> tuple[FloatArray, FloatArray]:
+    times = np.fromiter(row, np.float64, len(row))
+    order = np.argsort(times, kind="stable")  # quick for what is sorted but for little
+    return times[order], np.fromiter(row.values(), np.float64, len(row))[order]
 
 
 def read_joints(path: str | Path, topic: str) -> JointStates:

@@ -25,6 +25,8 @@ _BALL_WIDTHS = 1.5
 class MarkerWriter:
     """Makes the marker of every track, and removes those of tracks that ended: it knows what a viewer shows.
 
+    The first message begins with the removal of all markers, which may be those of an earlier process.
+
     Parameters
     ----------
     make : MessageFactory
@@ -40,6 +42,7 @@ class MarkerWriter:
         self._make = make
         self._shown: set[int] = set()
         self._shown_points: set[int] = set()
+        self._has_begun = False
         self._style = Style()
 
     def message(self, header: Any, samples: Iterable[SampledTrack], branch_points: Iterable[BranchPoint] = ()) -> Any:
@@ -72,14 +75,19 @@ class MarkerWriter:
         points = {sphere.id for sphere in spheres}
         gone = sorted(self._shown_points - points)
         ended += [self._bare(header, number, _DELETE, _BRANCH_POINTS) for number in gone]
+        if not self._has_begun:
+            ended.insert(0, self._none(header))
         self._shown, self._shown_points = ids, points
         return self._make("visualization_msgs/msg/MarkerArray", markers=[*ended, *markers, *spheres])
 
     def clear(self, header: Any) -> Any:
         """Return the message that removes all markers, for when tracking begins anew."""
         self._shown, self._shown_points = set(), set()
-        bare = self._bare(header, 0, _DELETE_ALL)
-        return self._make("visualization_msgs/msg/MarkerArray", markers=[bare])
+        return self._make("visualization_msgs/msg/MarkerArray", markers=[self._none(header)])
+
+    def _none(self, header: Any) -> Any:
+        self._has_begun = True
+        return self._bare(header, 0, _DELETE_ALL, "")  # of all namespaces: with a name, it removes those of this alone
 
     def _bare(self, header: Any, number: int, action: int, namespace: str = _NAMESPACE) -> Any:
         return self._make("visualization_msgs/msg/Marker", header=header, ns=namespace, id=number, action=action)

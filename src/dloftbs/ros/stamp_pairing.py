@@ -9,13 +9,25 @@ from typing import Generic, TypeVar
 from dloftbs.ros.message_fields import NS_PER_S
 
 TOLERANCE_S = 0.02
-"""Largest difference between the stamps of an image and its partner: two thirds of a frame at 30 per second, where the
+"""Largest difference between the stamps of an image and its depth: two thirds of a frame at 30 per second, where the
 shutters of two sensors run freely, and too little for a depth of the frame before."""
+MASK_TOLERANCE_S = 0.001
+"""Largest difference between the stamps of an image and its mask.
+
+Source: by definition; a mask has the stamp of its image, and stamps that are cut to milliseconds differ by less.
+"""
 WAITING = 8
 """Images that wait for their depth at most: a quarter of a second at 30 per second, and 50 MB of HD."""
 WAITING_FOR_MASKS = 32
 """Images that wait for their mask at most: a second at 30 per second, which a large network takes on a small computer,
 and 90 MB of HD."""
+RESTART_S = 1.0
+"""Time by which stamps go back where a stream begins anew: a recording in a loop, or a simulator that was reset.
+
+Source: by definition; messages that only overtake each other are late by less.
+"""
+
+_RESTART_NS = round(RESTART_S * NS_PER_S)
 
 T = TypeVar("T")
 P = TypeVar("P")
@@ -25,7 +37,8 @@ class StampPairing(Generic[T, P]):
     """Gives each image the partner whose stamp is nearest, its depth or its mask, in bounded memory.
 
     An image waits until a partner of its time or later has come, or until too many wait. Stamps of a topic are assumed
-    to ascend; where they do not, an image may go without. Images come out in the order in which they went in.
+    to ascend; where they do not, an image may go without. Where those of the images go back by more than `RESTART_S`,
+    the stream begins anew. Images come out in the order in which they went in.
 
     Parameters
     ----------
@@ -47,9 +60,20 @@ class StampPairing(Generic[T, P]):
         self._waiting = waiting
         self._images: deque[tuple[int, T]] = deque()
         self._partners: deque[tuple[int, P]] = deque(maxlen=2 * waiting)
+        self._last_ns: int | None = None
+
+    def begins_anew(self, stamp_ns: int) -> bool:
+        """Return whether the stream begins anew with an image of this stamp."""
+        return self._last_ns is not None and self._last_ns - stamp_ns > _RESTART_NS
 
     def add_image(self, stamp_ns: int, image: T) -> Iterator[tuple[T, P | None]]:
         """Take an image, and yield the pairs that are known now."""
+        if self.begins_anew(stamp_ns):
+            yield from self.rest()
+            here = [partner for partner in self._partners if partner[0] - stamp_ns <= _RESTART_NS]
+            self._partners.clear()
+            self._partners.extend(here)  # those of the new time that came before the image
+        self._last_ns = stamp_ns
         self._images.append((stamp_ns, image))
         yield from self._decided()
 

@@ -53,9 +53,9 @@ class UsdSink(SceneSink):
     "periodic"``, which today's simulators leave out.
 
     ``points`` without a time is where the object was seen last; ``points.timeSamples`` has each frame that shows it,
-    and ``visibility`` hides it in the others. Time codes are frames by the median rate of the stamps, or the frames'
-    indices where there are no stamps. Hidden tracks and objects without a curve in space are left out, as in a
-    `GeometrySink`.
+    and ``visibility`` hides it in the others. Time codes are frames by the median rate of the stamps that rise, or the
+    frames' indices where there are no stamps or one goes back. Hidden tracks and objects without a curve in space are
+    left out, as in a `GeometrySink`.
 
     Without a pose, coordinates are the camera's: x right, y down, z forward. The scene says ``upAxis = "Z"``, so that
     gravity is right only with a pose in a world whose z points upwards.
@@ -150,13 +150,20 @@ def _time_codes(stamps: Sequence[float | None], indices: Sequence[int]) -> tuple
     """Return the time codes per second, and that of each frame; they rise."""
     seconds = np.array([np.nan if stamp is None else stamp for stamp in stamps])
     steps = np.diff(seconds)
-    if len(steps) and (steps > 0.0).all():
-        rate = 1.0 / float(np.median(steps))
-        return rate, (rate * (seconds - seconds[0])).round(6).tolist()
+    if (steps >= 0.0).all() and (steps > 0.0).any():
+        rate = 1.0 / float(np.median(steps[steps > 0.0]))
+        least = _LEAST_STEP * np.arange(len(seconds))
+        codes = np.maximum.accumulate(rate * (seconds - seconds[0]) - least) + least
+        return rate, codes.round(6).tolist()
     rises = all(before < after for before, after in pairwise(indices))
     return _DEFAULT_RATE, [float(code) for code in (indices if rises else range(len(indices)))]
 
 
+_LEAST_STEP = 1e-3
+"""Time codes from a frame to the next one of the same stamp.
+
+Source: by definition; too short to be seen, and many times what a code is rounded to.
+"""
 _DEFAULT_RATE = 24.0
 """Time codes per second of a stream without stamps.
 
