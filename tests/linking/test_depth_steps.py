@@ -12,7 +12,7 @@ from dloftbs import PinholeCamera
 from dloftbs.evidence import EvidenceMap
 from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
-from dloftbs.linking.kernels.joint_features import turn_costs
+from dloftbs.linking.matched_ends import turn_costs
 from dloftbs_lab.synthetic import DepthNoise
 
 SIZE = (300, 420)
@@ -97,7 +97,7 @@ def test_exchanged_joints_have_the_cost_of_their_own_bending(seed):
     assert len(changed) == 4
     for end in changed:
         pair = np.array([[end, matching.partner[end]]])
-        through = turn_costs(matching.branches.end_states, pair, np.zeros(1, np.bool_), graph.width)
+        through = turn_costs(matching.branches, pair, graph.width)
         assert matching.cost[end] == pytest.approx(float(through[0]))
 
 
@@ -199,5 +199,3 @@ def test_depth_along_a_branch_tells_which_cable_goes_on_there_if_it_is_long_enou
     assert swerves[1] > 0.3
     short = (start, start + WIDTH // 2) if at_start else (stop - WIDTH // 2, stop)
     assert evidence.swerves_into([high[1], low[0]], short, at_start, np.full(2, 2.0 * WIDTH)) is None
-    without_camera = EvidenceMap(crop, depth=depth).at(graph)
-    assert without_camera.swerves_into([high[1]], (start, stop), at_start, np.full(1, 2.0 * WIDTH)) is None

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dloftbs.evidence.evidence_map import EndEvidence, EvidenceMap
-from dloftbs.evidence.kernels.colour_differences import compare_colours
-from dloftbs.evidence.occlusion import HIDDEN, IN_SIGHT, UNKNOWN, Appearance, OcclusionEvidence
+from dloftbs.evidence.kernels.colour_differences import compare_pairs
+from dloftbs.evidence.kernels.occlusion_pixels import HIDDEN, IN_SIGHT, UNKNOWN
+from dloftbs.evidence.occlusion import Appearance, OcclusionEvidence
 
 __all__ = [
     "HIDDEN",
@@ -14,5 +15,5 @@ __all__ = [
     "EndEvidence",
     "EvidenceMap",
     "OcclusionEvidence",
-    "compare_colours",
+    "compare_pairs",
 ]

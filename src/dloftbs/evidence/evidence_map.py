@@ -18,7 +18,7 @@ from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence.kernels.colour_differences import compare_pairs
 from dloftbs.evidence.kernels.end_labels import label_ends
 from dloftbs.evidence.kernels.end_references import sample_cables, sample_references
-from dloftbs.evidence.kernels.gap_depths import judge_ways, measure_swerves, sample_depths
+from dloftbs.evidence.kernels.gap_depths import DEPTH_NOISE_PER_M, judge_ways, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import (
     lay_ways,
     list_unknown,
@@ -26,9 +26,7 @@ from dloftbs.evidence.kernels.gap_pixels import (
     mark_covered,
     mark_probable,
     measure_ways,
-    transform,
 )
-from dloftbs.evidence.occlusion import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M
 from dloftbs.support.arrays import AnyArray, FloatArray, as_bytes
 from dloftbs.support.values import MILLIMETRE_M
 
@@ -146,10 +144,8 @@ class EndEvidence:
         numpy.ndarray, shape (k,)
             rad; 0 where depth shows nothing.
         """
-        if self.frame.camera is None or self._depths is None:
-            return np.zeros(len(pairs))
-        focal = self.frame.camera.fx
-        return measure_swerves(self._depths, pairs, lengths, focal, self.width, DEPTH_NOISE_PER_M)
+        assert self.frame.camera is not None  # see tells_swerves
+        return measure_swerves(self._depths, pairs, lengths, self.frame.camera.fx, self.width)
 
     def swerves_into(
         self, ends: list[int], span: tuple[int, int], at_start: bool, lengths: FloatArray
@@ -172,31 +168,25 @@ class EndEvidence:
         numpy.ndarray, shape (k,), or None
             rad; None where the points are too few to show how they go on.
         """
-        if self.frame.camera is None or self._depths is None:
-            return None
+        assert self.frame.camera is not None  # see tells_swerves
         no_edge = np.zeros(2, dtype=np.bool_)
         ahead = sample_depths(*self._asked, self._points, np.array([span]), no_edge, self.width)[[0 if at_start else 1]]
         if np.isnan(ahead[0, 2]):
             return None
         known, count = np.concatenate((self._depths[ends], ahead)), len(ends)
         pairs = np.column_stack((np.arange(count), np.full(count, count)))
-        return measure_swerves(known, pairs, lengths, self.frame.camera.fx, self.width, DEPTH_NOISE_PER_M)
+        return measure_swerves(known, pairs, lengths, self.frame.camera.fx, self.width)
 
     @property
     def has_depth(self) -> npt.NDArray[np.bool_]:
         """True for each end where depth shows how it goes on."""
-        depths = self._depths
-        known: npt.NDArray[np.bool_] = (
-            np.zeros(len(self.graph.nodes), np.bool_) if depths is None else ~np.isnan(depths[:, 2])
-        )
+        known: npt.NDArray[np.bool_] = ~np.isnan(self._depths[:, 2])
         return known
 
     @cached_property
     def depths(self) -> FloatArray:
         """Depth at each end and its standard deviation, shape (2 n, 2), m; NaN where it is not one cable's."""
         depths = self._depths
-        if depths is None:
-            return np.full((len(self.graph.nodes), 2), np.nan)
         deviation = DEPTH_NOISE_PER_M * depths[:, 0] ** 2 / 3.0
         known: FloatArray = np.empty((len(depths), 2))
         known[:, 0], known[:, 1] = depths[:, 0], deviation * depths[:, 3]
@@ -238,9 +228,8 @@ class EndEvidence:
         if frame.occluders is not None:
             occluders = as_bytes(frame.occluders.reshape(frame.occluders.shape[:2])[self._window])
             mark_covered(occluders, ways, steps, told)
-        if self._depths is not None:
-            limits = DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
-            judge_ways(*self._asked, self._depths, pairs, ways, steps, width, *limits, told)
+        if frame.depth is not None:
+            judge_ways(*self._asked, self._depths, pairs, ways, steps, width, told)
         if frame.soft is not None:
             mark_probable(frame.soft[self._window], self._mask, ways, steps, width, told)
         if frame.image is not None:
@@ -258,10 +247,8 @@ class EndEvidence:
         return label_ends(self.frame.labels[self._window], self._points, self.graph.spans, self.width)
 
     @cached_property
-    def _depths(self) -> FloatArray | None:
-        """Depth at each end, as `sample_depths` returns it; None without depth."""
-        if self.frame.depth is None:
-            return None
+    def _depths(self) -> FloatArray:
+        """Depth at each end, as `sample_depths` returns it."""
         free = self.graph.nodes < 0
         return sample_depths(*self._asked, self._points, self.graph.spans, free, self.width)
 
@@ -281,7 +268,7 @@ class EndEvidence:
 
     def _in_crop(self, points: FloatArray) -> FloatArray:
         matrix, offset = self.frame.crop.image_transform
-        return transform(points, matrix, offset - np.array(self.frame.crop.origin, dtype=np.float64))
+        return points @ matrix.T + (offset - np.array(self.frame.crop.origin, dtype=np.float64))
 
     @cached_property
     def _asked(self) -> tuple[npt.NDArray[Any], float, float, float, npt.NDArray[np.uint8]]:

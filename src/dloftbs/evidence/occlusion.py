@@ -17,28 +17,10 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs.evidence.kernels.appearance_pixels import sample_appearance
 from dloftbs.evidence.kernels.gap_depths import EDGE_PX
-from dloftbs.evidence.kernels.occlusion_pixels import look_at_pixels
+from dloftbs.evidence.kernels.occlusion_pixels import HIDDEN, look_at_pixels
 from dloftbs.kernels.polyline_lengths import arc_parameter
 from dloftbs.support.arrays import AnyArray, FloatArray, as_bytes, check_depth, check_image, check_mask
 from dloftbs.support.values import DEPTH_UNITS_M, MILLIMETRE_M, check_number, check_type
-
-HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
-"""Answers of `OcclusionEvidence.look` for a place, codes.
-
-Source: by definition.
-"""
-
-DEPTH_TOLERANCE_M = 0.01
-"""Least difference of depths that shows what is in front, metres.
-
-Source: geometry; half of a thick cable, whose surface is nearer than its axis.
-"""
-
-DEPTH_NOISE_PER_M = 0.012
-"""The same difference in addition, metres at a distance of one, growing with its square.
-
-Source: geometry; three standard deviations of a depth camera, 4e-3 z^2.
-"""
 
 _NOTHING = np.zeros((0, 0), dtype=np.uint8)
 """Pixels of what is not known, none.
@@ -211,10 +193,8 @@ class OcclusionEvidence:
         depth, expected = _NO_DEPTH, _NO_DEPTH_M
         if self._depth is not None and depth_m is not None:
             depth, expected = self._depth, depth_m
-        limits, (rows, columns) = (DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M), self.size
-        told = look_at_pixels(
-            points, self._occluders, self._mask, rows, columns, reach, *depth, expected, *limits, HIDDEN, IN_SIGHT
-        )
+        rows, columns = self.size
+        told = look_at_pixels(points, self._occluders, self._mask, rows, columns, reach, *depth, expected)
         if self._inside is not None:
             x, y = np.clip(np.rint(points), 0.0, (columns - 1, rows - 1)).astype(np.intp).T
             told[self._inside[y, x] == 0] = HIDDEN

@@ -16,7 +16,7 @@ from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.lifting.beside import Beside, DepthEdges, look_beside
 from dloftbs.lifting.kernels import sections as kernels
 from dloftbs.lifting.kernels.penalized_spline import smooth
-from dloftbs.lifting.kernels.surfaces import find_surface
+from dloftbs.lifting.kernels.surfaces import BORDER_PX, LEAST_SHARE, SHARE, find_surface
 from dloftbs.lifting.kernels.tubes import mask_occluded, surface_to_axis
 from dloftbs.lifting.kernels.wrong_depth import strike_ground, strike_steps
 from dloftbs.support.arrays import FloatArray
@@ -49,24 +49,6 @@ _BLOCK_WIDTHS = 8.0
 """Length over which the width is levelled, widths.
 
 Source: by hand.
-"""
-
-_SHARE = 0.6
-"""Distance from the axis up to which a section looks, radii.
-
-Source: geometry; the surface of a round cable is 0.2 radii farther away there.
-"""
-
-_BORDER_PX = 1.0
-"""Distance from a cable's border within which no depth is taken, px.
-
-Source: geometry; pixels there mix with the background.
-"""
-
-_MIN_SHARE = 0.3
-"""Distance from the axis up to which a section looks at the least, radii.
-
-Source: by hand; thin cables have nothing but border.
 """
 
 _MIXED_PX = 2.0
@@ -201,7 +183,7 @@ def lift(
             mine, other = sections[a], sections[b]
             closed_a, closed_b = detections[a].curve.closed, detections[b].curve.closed
             at_a, at_b = mine.nearest(u_a, closed_a), other.nearest(u_b, closed_b)
-            reach = float(other.radius[at_b]) + _SHARE * float(mine.radius[at_a]) + _BORDER_PX
+            reach = float(other.radius[at_b]) + SHARE * float(mine.radius[at_a]) + BORDER_PX
             mask_occluded(mine.used, mine.points, closed_a, at_a, other.points, closed_b, at_b, reach)
     beside = look_beside([(s.points, s.tangents, s.radius) for s in sections], crop, depth)
     edges = DepthEdges() if depth_edges is None else depth_edges
@@ -215,7 +197,7 @@ def lift(
 
 def _lay_sections(detection: Detection) -> _Sections:
     curve, line, width = detection.curve, detection.centerline, detection.width_px
-    half = max(min(_SHARE * 0.5 * width, 0.5 * width - _BORDER_PX), _MIN_SHARE * 0.5 * width)
+    half = max(min(SHARE * 0.5 * width, 0.5 * width - BORDER_PX), LEAST_SHARE * 0.5 * width)
     step = max(_STEP_WIDTHS * width, _MIN_PIXELS / (2 * int(half) + 1))
     block = int(_BLOCK_WIDTHS * width)
     u, points, tangents, radius, length = kernels.lay_sections(
@@ -239,8 +221,22 @@ def _lift_one(
 ) -> Lifted | str:
     """Lift one object; `edges_px` has the displacement ``(x, y)`` and the fattening of the depth image."""
     closed, width, focal_px = detection.curve.closed, detection.width_px, math.sqrt(camera.fx * camera.fy)
-    n = len(sections.u)
-    surface, counts, shift = _surface(sections, beside, edges_px, focal_px, crop, depth)
+    n, (h, w), (left, top) = len(sections.u), crop.size, crop.origin
+    surface, counts, shift = find_surface(
+        sections.points,
+        sections.tangents,
+        sections.radius,
+        sections.used,
+        crop.pixels[1 : h + 1, 1 : w + 1],
+        depth.stored,
+        left,
+        top,
+        *depth[1:],
+        focal_px,
+        *edges_px,
+        beside.ground_m,
+        beside.noise_per_m,
+    )
     slenderness, spacing = sections.radius / focal_px, sections.spacing_px / focal_px
     strike_ground(surface, beside.ground_m, slenderness, beside.noise_per_m, spacing)
     most = max(round(_STRETCH_WIDTHS * width / sections.spacing_px), 2)
@@ -270,36 +266,6 @@ def _lift_one(
     inferred = _intervals(stretches.tolist(), u, closed) if len(stretches) else ()
     off = np.abs(1.0 / surface - line)
     return Lifted(points, u, inferred, radius, freedom, float(off[seen].mean()))
-
-
-def _surface(
-    sections: _Sections,
-    beside: Beside,
-    edges_px: tuple[float, float, float],
-    focal_px: float,
-    crop: MaskCrop,
-    depth: ReadableDepth,
-) -> tuple[FloatArray, FloatArray, float]:
-    """Return the depth of the surface in each section, and more, as `find_surface` does."""
-    (h, w), (left, top) = crop.size, crop.origin
-    return find_surface(
-        sections.points,
-        sections.tangents,
-        sections.radius,
-        sections.used,
-        crop.pixels[1 : h + 1, 1 : w + 1],
-        depth.stored,
-        left,
-        top,
-        *depth[1:],
-        focal_px,
-        _SHARE,
-        _BORDER_PX,
-        _MIN_SHARE,
-        *edges_px,
-        beside.ground_m,
-        beside.noise_per_m,
-    )
 
 
 def _smooth(

@@ -8,9 +8,10 @@ from itertools import accumulate
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.data.graph import FREE, POSITION, TANGENT, Graph, branch_of, is_start, start_of, stop_of
+from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, is_start, start_of, stop_of
 from dloftbs.kernels.tracing import measure_radius
 from dloftbs.linking.branch_weights import NODE
+from dloftbs.linking.hidden_ends import free_ends
 from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.support.arrays import FloatArray
 
@@ -192,7 +193,7 @@ def _under_cover(graph: Graph, matching: EndMatching) -> list[list[int]]:
     gaps = [i for i, j in enumerate(partner) if j > i and not matching.is_crossing(i)]
     if not gaps:
         return []
-    free = [end for end, node in enumerate(branches.nodes) if node == FREE and _is_loose(graph, matching, end)]
+    free = free_ends(graph, matching)
     found = []
     for i in gaps if free else ():
         start, way = states[i, POSITION], states[partner[i], POSITION] - states[i, POSITION]
@@ -202,17 +203,6 @@ def _under_cover(graph: Graph, matching: EndMatching) -> list[list[int]]:
             found.append([i, partner[i], *ends])
             free = [end for end in free if end not in ends]
     return found
-
-
-def _is_loose(graph: Graph, matching: EndMatching, end: int) -> bool:
-    """Return whether an end is open, of a cable and not cut by the image's border."""
-    branch = branch_of(end)
-    return (
-        matching.is_open(end)
-        and branch < graph.branch_count
-        and not matching.branches.spurs[branch]
-        and not graph.bordering[end]
-    )
 
 
 def _points_into(state: FloatArray, start: FloatArray, way: FloatArray, reach: float, width: float) -> bool:

@@ -200,7 +200,7 @@ def _line(
     near_joints: tuple[NearJoint, ...],
     sure: float,
 ) -> Centerline:
-    partner, alternative = matching.partner, matching.alternative
+    partner, alternative, shared = matching.partner, matching.alternative, matching.branches.duplicate_of
     segments, joints = [Segment.cut(points, radius, 0, counts[0])], []
     at = counts[0]
     for count, piece in zip(counts[1:], pieces[1:], strict=True):
@@ -208,7 +208,9 @@ def _line(
         before, after = alternative[partner[end]], alternative[end]
         is_crossing = piece.through_junction
         if is_crossing:
-            confidence = crossing_confidence(piece.margin, piece.cost, bounded=not _is_shared(matching, end))
+            # Along a branch that two cables share the best alternative often is the same cable, by its other copy.
+            is_shared = branch_of(end) in shared or branch_of(partner[end]) in shared
+            confidence = crossing_confidence(piece.margin, piece.cost, bounded=not is_shared)
         else:
             confidence = gap_confidence(matching, partner[end], end, piece.margin, graph.width)
         joints.append(
@@ -237,16 +239,6 @@ def _line(
         u=u,
         width_px=width,
     )
-
-
-def _is_shared(matching: EndMatching, end: int) -> bool:
-    """Return whether a joint at a junction leads along a branch that two cables share.
-
-    Then the best alternative often is the same cable, by the branch's other copy.
-    """
-    branches = matching.branches.duplicate_of
-    is_shared = branch_of(end) in branches or branch_of(matching.partner[end]) in branches
-    return is_shared and matching.is_crossing(end)
 
 
 def _arc_over_chord(matching: EndMatching, end: int) -> float:

@@ -18,9 +18,9 @@ from dloftbs.data.graph import (
     start_of,
     stop_of,
 )
-from dloftbs.linking.kernels.joint_features import OPEN_FREE, turn_costs
+from dloftbs.linking.kernels.joint_features import OPEN_FREE
 from dloftbs.linking.kernels.weights import OPEN
-from dloftbs.linking.matched_ends import EndMatching
+from dloftbs.linking.matched_ends import EndMatching, turn_costs
 from dloftbs.support.arrays import FloatArray
 
 _DIRECTION_WIDTHS = 1.0
@@ -46,7 +46,7 @@ def link_hidden_ends(graph: Graph, matching: EndMatching, max_gap_widths: float)
     branches = matching.branches
     shared = [end for branch in branches.duplicate_of for end in (start_of(branch), stop_of(branch))]
     inner = [end for end in shared if _is_open(matching, end, UNAVAILABLE)]
-    free = [end for end in range(len(graph.nodes)) if _is_open(matching, end, FREE) and not graph.bordering[end]]
+    free = free_ends(graph, matching) if inner else []
     if not inner or not free:
         return
     for end in inner:
@@ -91,6 +91,11 @@ def lead_straightest_through(graph: Graph, matching: EndMatching, max_gap_widths
             matching.trade_places(entry, through)
 
 
+def free_ends(graph: Graph, matching: EndMatching) -> list[int]:
+    """List the free ends of cables that are open and not cut by the image's border."""
+    return [end for end in range(len(graph.nodes)) if _is_open(matching, end, FREE) and not graph.bordering[end]]
+
+
 def _price(
     graph: Graph, matching: EndMatching, pairs: npt.NDArray[np.int64], max_gap_widths: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -98,7 +103,7 @@ def _price(
     branches = matching.branches
     positions = branches.end_states[:, POSITION]
     distance = np.hypot(*(positions[pairs[:, 0]] - positions[pairs[:, 1]]).T)
-    costs = turn_costs(branches.end_states, pairs, np.ones(len(pairs), np.bool_), graph.width)
+    costs = turn_costs(branches, pairs, graph.width)
     open_cost = OPEN[OPEN_FREE] + np.array(branches.open_cost)[pairs[:, 1]]
     return np.where(distance <= max_gap_widths * graph.width, open_cost - costs, 0.0), costs
 

@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.data.graph import FREE, POSITION, UNAVAILABLE, Graph, branch_of, other_end
-from dloftbs.linking.kernels.joint_features import turn_costs
-from dloftbs.linking.matched_ends import EndMatching
+from dloftbs.linking.matched_ends import EndMatching, turn_costs
 
 _MAX_RINGS = 20
 """Largest number of rounds in which rings are opened.
@@ -78,9 +77,7 @@ def close_rings(graph: Graph, matching: EndMatching) -> None:
         if is_loop or UNAVAILABLE in (nodes[i], nodes[j]) or nodes[i] == nodes[j] != FREE:
             continue
         if _is_under(graph, matching, i, j):
-            (cost,) = turn_costs(
-                matching.branches.end_states, np.array([[i, j]]), np.ones(1, np.bool_), graph.width
-            ).tolist()
+            (cost,) = turn_costs(matching.branches, np.array([[i, j]]), graph.width).tolist()
             gain = open_cost[i] + open_cost[j] - cost
             if gain > _MAX_EXTRA_COST:
                 matching.join(i, j, cost, gain - _MAX_EXTRA_COST)
@@ -148,10 +145,7 @@ def _best_exchange(graph: Graph, matching: EndMatching, loop: list[int]) -> tupl
     around = np.stack((mine, partner[mine], other, np.where(to_open, partner[mine], partner[other])), axis=1)
     # Joined now: the first two, and the last two; then: crosswise.
     pairs = around[:, ((0, 1), (2, 3), (0, 3), (2, 1))]
-    nodes = np.array(matching.branches.nodes)[pairs]
-    gaps = (nodes[..., 0] < 0) | (nodes[..., 0] != nodes[..., 1])
-    states = matching.branches.end_states
-    costs = turn_costs(states, pairs.reshape(-1, 2), gaps.ravel(), graph.width).reshape(-1, 4)
+    costs = turn_costs(matching.branches, pairs.reshape(-1, 2), graph.width).reshape(-1, 4)
     old = costs[:, 0] + np.where(to_open, 0.0, costs[:, 1])
     new = costs[:, 3] + np.where(to_open, 0.0, costs[:, 2])
     best = int(np.argmin(new - old))

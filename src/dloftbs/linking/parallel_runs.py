@@ -22,18 +22,6 @@ from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.linking.temporal_prior import TemporalPrior
 from dloftbs.support.arrays import FloatArray
 
-_REACH_WIDTHS = 3.0
-"""Length of the branches before and behind a shared one that is compared, widths.
-
-Source: as `_WINDOW` of the kernel.
-"""
-
-_MIN_REACH_PX = 24
-"""Least length of these, px; where `_REACH_WIDTHS` is less, pixels show too little of a cable's width to count.
-
-Source: as `_MIN_WINDOW_PX` of the kernel.
-"""
-
 _MIN_EVIDENCE = 0.1
 """Evidence, half a logarithm of a ratio of residuals, above which a cable is moved to the other side of a bundle.
 
@@ -56,12 +44,6 @@ _MIN_LEAD = 0.3
 """Least advantage by the past, a difference of two sums of continuity, for an exchange.
 
 Source: by hand; continuity of a link is in 0 to 1.
-"""
-
-_NOTHING: FloatArray = np.empty((0, 2))
-"""No points.
-
-Source: by definition.
 """
 
 _Series = list[tuple[int, int]]
@@ -152,7 +134,7 @@ def _separate(
     normal = _across(middle, 0)
     first_side = 1.0 if normal @ (positions[before[0]] - positions[before[1]]) >= 0.0 else -1.0
     leaves = not inside and min(after) >= 0
-    last_side, continued = first_side, [_NOTHING, _NOTHING]
+    last_side, continued = first_side, [middle[:0], middle[:0]]
     if leaves:
         last_side = 1.0 if _across(middle, -1) @ (positions[after[0]] - positions[after[1]]) >= 0.0 else -1.0
         continued = [_along(graph, branches, end) for end in after]
@@ -166,8 +148,8 @@ def _separate(
     if leaves and weakest >= 0:
         # The evidence of the mask is for exchanging the exits, or against it; so are widths and depth.
         exchanged = (last_side != first_side) != swapped[-1]
-        reach = int(_REACH_WIDTHS * width)
-        gain = gain_by_width(branches, before, after, reach) if reach >= _MIN_REACH_PX else 0.0
+        reach = int(kernels.WINDOW * width)  # pixels show too little of the width of a thin cable
+        gain = gain_by_width(branches, before, after, reach) if reach >= kernels.MIN_WINDOW_PX else 0.0
         gain += 0.0 if steps is None else steps.gain(exit_one, exit_two)
         margin += (1.0 if exchanged else -1.0) * gain
         if margin < 0.0:
@@ -215,7 +197,7 @@ def _stretch(graph: Graph, branches: Branches, ends: tuple[int, int]) -> np.ndar
 def _along(graph: Graph, branches: Branches, end: int) -> FloatArray:
     """Return the points of a branch next to one of its ends, from there on."""
     start, stop = branches.spans[branch_of(end)]
-    most = max(int(_REACH_WIDTHS * graph.width) + 4, _MIN_REACH_PX)
+    most = max(int(kernels.WINDOW * graph.width) + 4, kernels.MIN_WINDOW_PX)
     if is_start(end):
         return branches.points[start : min(start + most, stop)]
     return branches.points[max(stop - most, start) : stop][::-1]

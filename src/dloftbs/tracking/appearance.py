@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.evidence import Appearance, OcclusionEvidence, compare_colours
+from dloftbs.evidence import Appearance, OcclusionEvidence, compare_pairs
 from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.kernels.pairs import ratios_differ
 from dloftbs.tracking.observation import Observation
@@ -44,15 +44,16 @@ def objects_differ(models: Sequence[TrackModel], observations: Sequence[Observat
     by_width = ratios_differ(own, found, MAX_WIDTH_RATIO)
     if all(one.appearance is None for one in observations):
         return by_width
-    colours, others = (_colours([one.appearance for one in some]) for some in (models, observations))
-    by_colour: npt.NDArray[np.bool_] = compare_colours(*colours, *others)
+    colours = _colours([*(one.appearance for one in models), *(one.appearance for one in observations)])
+    pairs = np.indices(by_width.shape).reshape(2, -1).T + np.array([0, len(models)])
+    by_colour: npt.NDArray[np.bool_] = compare_pairs(*colours, pairs).reshape(by_width.shape)
     return by_width | by_colour
 
 
 def colour_differs(model: TrackModel, observation: Observation) -> bool:
     """Return the same of one track and one observation."""
     own, found = model.appearance, observation.appearance
-    return own is not None and found is not None and bool(compare_colours(*_colours([own]), *_colours([found]))[0, 0])
+    return own is not None and found is not None and bool(compare_pairs(*_colours([own, found]), np.array([[0, 1]]))[0])
 
 
 def _colours(appearances: Sequence[Appearance | None]) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64]]:

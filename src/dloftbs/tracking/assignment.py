@@ -18,15 +18,10 @@ from dloftbs.tracking.appearance import colour_differs, objects_differ, width_ra
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.kernels.pairs import box_distances
+from dloftbs.tracking.kernels.routing import MAX_WIDENING, WIDENING_PER_S
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
-from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
-
-_MARGIN_RATIO = 3.0
-"""Number of times that any other candidate must be farther than an unambiguous match.
-
-Source: by hand.
-"""
+from dloftbs.tracking.track_model import TrackModel
 
 _MAX_PAIR_RATIO = 1.5
 """Ratio of widths, and of lengths in space, up to which two may be one object that moved fast.
@@ -56,7 +51,7 @@ def match_unambiguous(
     """
     lengths, predicted = np.array([m.length for m in models]), np.array([m.predicted for m in models])
     points = np.array([one.points for one in observations])
-    found = kernels.find_partners(predicted, lengths, points, gate, _MARGIN_RATIO).tolist()
+    found = kernels.find_partners(predicted, lengths, points, gate).tolist()
     result = {}
     for model, partner in zip(models, found, strict=True):
         if not partner:

@@ -116,15 +116,8 @@ class LengthRecord:
         if not math.isnan(self.px_per_m):
             self.full_m = [*self.full_m[1 - HISTORY_FRAMES :], length / self.px_per_m]
 
-    def record(self, start: FloatArray | float, end: FloatArray | float) -> None:
-        """Record the length, and the ends of the curve, in a frame that showed the object."""
-        self._record(start, end, self.px)
-
-    def record_miss(self) -> None:
-        """Record a frame that did not show the object, so that the frames of two tracks are the same ones."""
-        self._record(math.nan, math.nan, math.nan)
-
-    def _record(self, start: FloatArray | float, end: FloatArray | float, length: float) -> None:
+    def record(self, start: FloatArray | float, end: FloatArray | float, length: float) -> None:
+        """Record the ends of the curve, and the length, in a frame; all are NaN where it did not show the object."""
         self.frames += 1
         at = self.frames % HISTORY_FRAMES
         self.recent_ends[at, 0], self.recent_ends[at, 1], self.recent_px[at] = start, end, length

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from dloftbs.data.curve_samples import SAMPLES, sample_curve
 from dloftbs.tracking.kernels import routing as kernels
 from dloftbs.tracking.observation import Observation
-from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
+from dloftbs.tracking.track_model import TrackModel
 
 MIN_NODES = 3
 """Number of nodes of a track, and of an interval, at least.
@@ -114,7 +114,7 @@ class SampleGraph:
         """Find the cheapest route of a track; claimed samples have an extra cost, and those of `others`, parts."""
         count = self.last_node(model) + 1
         reach, unseen_s = max(_REACH_WIDTHS * model.width_or_0, _REACH_SHARE * model.length), model.sight.unseen_s
-        nodes = kernels.place_nodes(model.predicted, unseen_s, reach, WIDENING_PER_S, MAX_WIDENING, count)
+        nodes = kernels.place_nodes(model.predicted, unseen_s, reach, count)
         assignment = np.empty(count, np.int64)
         self._samples[:, 4] = _CLAIMED_COST * (self.claimed.astype(np.float64) + others[self._part_of])
         step, slack = model.length / (count - 1), model.position_tolerance_px + self._spacing

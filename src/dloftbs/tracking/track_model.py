@@ -25,18 +25,6 @@ from dloftbs.tracking.separation import Separation
 from dloftbs.tracking.sight import Sight, Spans
 from dloftbs.tracking.track_motion import JUMP_SHARE, Motion, extrapolated_time, move_curve
 
-WIDENING_PER_S = 4.0
-"""Growth of the gate and of the reach of an unseen track, multiples per second.
-
-Source: by hand; it doubles in a quarter of a second.
-"""
-
-MAX_WIDENING = 3.0
-"""Largest multiple to which they grow.
-
-Source: by hand.
-"""
-
 _LENGTH_SHARE, _LENGTH_WIDTHS = 0.004, 0.3
 """Tolerance of a length: its share of the length, and in widths.
 
@@ -227,7 +215,7 @@ class TrackModel:
         self.sight.see_nothing(told, self.length_widths, dt)
         self.state = self.state if self.state is TrackState.TENTATIVE else TrackState.HIDDEN
         self.existence.add(MISSED_NATS)
-        self.lengths.record_miss()
+        self.lengths.record(math.nan, math.nan, math.nan)
         self.misses += 1
         self.missing_s += dt
         self.visible = self.detection = None
@@ -263,7 +251,7 @@ class TrackModel:
     def record(self, kinds: tuple[EndKind, EndKind] | None) -> None:
         """Record the length and the ends of the object in the last frame: those that nothing cuts there."""
         first, last = (False, False) if kinds is None else (kinds[0] is EndKind.FREE, kinds[1] is EndKind.FREE)
-        self.lengths.record(self.points[0] if first else np.nan, self.points[-1] if last else np.nan)
+        self.lengths.record(self.points[0] if first else np.nan, self.points[-1] if last else np.nan, self.length)
         if first and last and self.lengths.full_px and self.visible is None and not self.sight.inferred:
             self.separation.see_whole(self.lengths.full_px[-1])
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.evidence.kernels.colour_differences import compare_colours
+from dloftbs.evidence.kernels.colour_differences import compare_pairs
 
 DARK, COSINE, RATIO, AGREE = 30.0, 0.966, 2.5, 6
 
@@ -27,7 +27,8 @@ def laid_out(objects: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 def compared(own: list[np.ndarray], found: list[np.ndarray]) -> np.ndarray:
-    return compare_colours(*laid_out(own), *laid_out(found))
+    pairs = np.indices((len(own), len(found))).reshape(2, -1).T + np.array([0, len(own)])
+    return compare_pairs(*laid_out([*own, *found]), pairs).reshape(len(own), len(found))
 
 
 @given(st.integers(0, 2**31), st.integers(0, 4), st.integers(0, 4))

@@ -143,7 +143,7 @@ def test_ways_are_judged_as_by_the_literal_twin(seed: int) -> None:
     ways, steps = lay_ways(scene.states, scene.pairs, scene.width)
     told = np.zeros(ways.shape[:2], dtype=np.uint8)
     asked = scene.depth, UNIT, LOW, HIGH, scene.mask
-    judge_ways(*asked, known, scene.pairs, ways, steps, scene.width, TOLERANCE, NOISE, told)
+    judge_ways(*asked, known, scene.pairs, ways, steps, scene.width, told)
     expected = [literal_judgement(scene, known, *row) for row in zip(scene.pairs, ways, steps, strict=True)]
     assert told.tolist() == expected
 
@@ -172,7 +172,7 @@ def test_swerves_are_those_of_the_literal_twin(seed: int) -> None:
         told = excess > 0.0 and not is_ground and max(uneven, other_uneven) <= deviation
         metres = length * per_px
         expected.append(max(np.arctan2(excess, metres) - 0.2, 0.0) if told else 0.0)
-    np.testing.assert_allclose(measure_swerves(known, pairs, lengths, focal, width, NOISE), expected, atol=1e-12)
+    np.testing.assert_allclose(measure_swerves(known, pairs, lengths, focal, width), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -182,7 +182,7 @@ def test_an_end_that_shows_the_ground_or_now_this_and_now_that_tells_no_swerve(
     heights: tuple[float, float], uneven: float, tells: bool
 ) -> None:
     known = np.array([[0.7, heights[0], 0.0, 1.0, 0.0], [0.75, heights[1], 0.0, 1.0, uneven]])
-    (angle,) = measure_swerves(known, np.array([[0, 1]]), np.array([20.0]), 900.0, 10.0, NOISE)
+    (angle,) = measure_swerves(known, np.array([[0, 1]]), np.array([20.0]), 900.0, 10.0)
     assert (angle > 0.5) == tells
 
 
@@ -194,7 +194,7 @@ def test_whole_counts_are_read_as_they_are(seed: int) -> None:
     told = np.zeros((2, *ways.shape[:2]), dtype=np.uint8)
     for depth, told_of in zip((scene.depth, scene.depth.astype(np.float32)), told, strict=True):
         asked = depth, UNIT, LOW, HIGH, scene.mask
-        judge_ways(*asked, known, scene.pairs, ways, steps, scene.width, TOLERANCE, NOISE, told_of)
+        judge_ways(*asked, known, scene.pairs, ways, steps, scene.width, told_of)
     scene.depth = scene.depth.astype(np.float32)
     np.testing.assert_array_equal(known, scene.known())
     np.testing.assert_array_equal(*told)

@@ -14,7 +14,6 @@ from dloftbs.evidence.kernels.gap_pixels import (
     lay_ways,
     list_unknown,
     mark_probable,
-    transform,
 )
 
 seeds = st.integers(0, 2**31)
@@ -109,13 +108,6 @@ def test_ways_without_an_unknown_place_beside_the_mask_are_not_asked(seed: int) 
     assert asked.tolist() == np.flatnonzero(unknown).tolist()
     assert ends.tolist() == sorted(set(scene.pairs[asked].ravel().tolist()))
     np.testing.assert_array_equal(ends[numbers], scene.pairs[asked])
-
-
-@given(seeds)
-def test_points_are_moved_as_a_product_of_matrices_does(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    points, matrix, offset = rng.normal(0.0, 99.0, (rng.integers(0, 5), 2)), rng.normal(size=(2, 2)), rng.normal(size=2)
-    np.testing.assert_allclose(transform(points, matrix, offset), points @ matrix.T + offset)
 
 
 @given(seeds)

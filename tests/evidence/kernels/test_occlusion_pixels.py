@@ -12,13 +12,11 @@ from dloftbs.evidence.kernels.occlusion_pixels import look_at_pixels
 _OFFSETS = np.array([(0.0, 0.0), (0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)])
 _SEEDS = st.integers(0, 10_000)
 _NOTHING = np.zeros((0, 0), dtype=np.uint8)
-_LIMITS = 0.01, 0.012
-_CODES = 1, -1
 
 
 def _look_without_depth(points: np.ndarray, occluders: np.ndarray, mask: np.ndarray) -> np.ndarray:
     nothing = np.zeros((0, 0), dtype=np.uint16), 0.0, 0.0, 0.0, np.zeros(0)
-    return look_at_pixels(points, occluders, mask, 24, 32, 4.0, *nothing, *_LIMITS, *_CODES)
+    return look_at_pixels(points, occluders, mask, 24, 32, 4.0, *nothing)
 
 
 def _pixel(array: np.ndarray, x: float, y: float) -> int:
@@ -48,7 +46,7 @@ def test_most_depths_nearer_hide_and_all_farther_show(kind: str, seed: int) -> N
     metres = stored[places[..., 1].clip(0, 23), places[..., 0].clip(0, 31)] * unit
     metres = np.where((metres >= 0.1) & (metres <= 9.0), metres, np.nan)
     expected = rng.choice([1.0, np.nan], 80, p=[0.9, 0.1])
-    told = look_at_pixels(points, _NOTHING, _NOTHING, 24, 32, 6.0, stored, unit, 0.1, 9.0, expected, *_LIMITS, *_CODES)
+    told = look_at_pixels(points, _NOTHING, _NOTHING, 24, 32, 6.0, stored, unit, 0.1, 9.0, expected)
     nearer = (metres < (expected - 0.01 - 0.012 * expected**2)[:, None]).sum(axis=1)
     farther = (metres > (expected + 0.01 + 0.012 * expected**2)[:, None]).sum(axis=1)
     known = np.isfinite(metres).sum(axis=1)
@@ -62,7 +60,7 @@ def test_where_depth_tells_the_occluders_are_not_asked_and_a_cable_in_the_mask_l
     mask, occluders = np.zeros((24, 32), dtype=np.uint8), np.ones((24, 32), dtype=np.uint8)
     mask[15, 15] = 1
     expected = np.array([1.0, 1.0, 1.0, np.nan])
-    told = look_at_pixels(points, occluders, mask, 24, 32, 4.0, depth, 1.0, 0.1, 9.0, expected, *_LIMITS, *_CODES)
+    told = look_at_pixels(points, occluders, mask, 24, 32, 4.0, depth, 1.0, 0.1, 9.0, expected)
     assert told.tolist() == [1, -1, 0, 1]
 
 

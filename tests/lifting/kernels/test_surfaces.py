@@ -103,7 +103,7 @@ class Scene:
         dx, dy = s["displaced"]
         return find_surface(
             s["points"], s["tangents"], np.full(9, s["radius"]), s["used"], s["mask"], s["depth"], s["left"], s["top"],
-            unit, *LIMITS, s["radius"] / SLIM, *RULES, dx, dy, s["fattened"], s["ground"], s["noise"],
+            unit, *LIMITS, s["radius"] / SLIM, dx, dy, s["fattened"], s["ground"], s["noise"],
         )  # fmt: skip
 
 
@@ -179,7 +179,7 @@ class TestDisplacement:
         known, ignored = (
             find_surface(
                 points, tangents, np.full(n, radius), np.ones(n, bool), mask, depth, 0, 0, 1.0, *LIMITS, radius / SLIM,
-                *RULES, 0.0, used, 0.0, NO_GROUND, 1e-4,
+                0.0, used, 0.0, NO_GROUND, 1e-4,
             )[0]
             for used in (dy, 0.0)
         )  # fmt: skip
@@ -197,7 +197,7 @@ class TestDisplacement:
         known, ignored = (
             find_surface(
                 points, tangents, np.full(n, radius), np.ones(n, bool), mask, depth, 0, 0, 1.0, *LIMITS, radius / SLIM,
-                *RULES, 0.0, 0.0, used, NO_GROUND, 1e-4,
+                0.0, 0.0, used, NO_GROUND, 1e-4,
             )[0]
             for used in (fattened, 0.0)
         )  # fmt: skip
@@ -208,9 +208,9 @@ class TestDisplacement:
         n = 9
         points, tangents = straight(0.0, n, 4.0, (40.0, 2.0))
         mask, depth = np.ones((60, 80), np.uint8), np.ones((60, 80))
-        sections = points, tangents, np.full(n, 100.0), np.ones(n, bool), mask, depth
-        rest = 1.0, *LIMITS, 1e6, 0.02, 1.0, 0.01, 0.0  # five pixels across, by three along
-        counts = [find_surface(*sections, 0, 0, *rest, dy, 0.0, NO_GROUND, 1e-4)[1] for dy in (0.0, -1.0, -3.0, -9.0)]
+        sections = points, tangents, np.full(n, 3.5), np.ones(n, bool), mask, depth
+        rest = 1.0, *LIMITS, 1e6, 0.0  # five pixels across, by three along
+        counts = [find_surface(*sections, 0, 0, *rest, dy, 4.0, NO_GROUND, 1e-4)[1] for dy in (0.0, -1.0, -3.0, -9.0)]
         np.testing.assert_array_equal(counts, np.outer([15, 12, 6, 0], np.ones(n)))
 
 
@@ -227,7 +227,7 @@ class TestGround:
         depth[rng.random(depth.shape) < shares] += height
         surface, _, _ = find_surface(
             points, np.tile([1.0, 0.0], (self.N, 1)), np.full(self.N, self.RADIUS), np.ones(self.N, bool),
-            np.ones(depth.shape, np.uint8), depth, 0, 0, 1.0, *LIMITS, 1e4 * self.RADIUS, *RULES, 0.0, 0.0, 0.0,
+            np.ones(depth.shape, np.uint8), depth, 0, 0, 1.0, *LIMITS, 1e4 * self.RADIUS, 0.0, 0.0, 0.0,
             np.full(self.N, ground), noise,
         )  # fmt: skip
         return surface
@@ -271,7 +271,7 @@ def test_noise_does_not_bring_the_surface_nearer_and_flying_pixels_not_farther()
     for ground in (np.nan, 1.5):
         surface, _, _ = find_surface(
             points, tangents, np.full(sections, radius), np.ones(sections, bool), np.ones(size, np.uint8), depth,
-            0, 0, 1.0, 0.0, 9.0, radius / SLIM, *RULES, 0.0, 0.0, 0.0, np.full(sections, ground), 0.002,
+            0, 0, 1.0, 0.0, 9.0, radius / SLIM, 0.0, 0.0, 0.0, np.full(sections, ground), 0.002,
         )  # fmt: skip
         assert np.median(surface) == pytest.approx(1.0, abs=0.0005)
 
@@ -281,7 +281,7 @@ def test_an_object_wider_than_it_is_far_has_no_surface_behind_the_camera(slim: f
     points, tangents = straight(0.0, 9, 2.0, (60.0, 60.0))
     depth, mask, used = np.full((95, 100), 0.7), np.ones((70, 80), np.uint8), np.ones(9, bool)
     surface, counts, _ = find_surface(
-        points, tangents, np.full(9, 6.0), used, mask, depth, 20, 25, 1.0, *LIMITS, 6.0 / slim, *RULES, 0.0, 0.0, 0.0,
+        points, tangents, np.full(9, 6.0), used, mask, depth, 20, 25, 1.0, *LIMITS, 6.0 / slim, 0.0, 0.0, 0.0,
         np.full(9, 0.8), 1e-3,
     )  # fmt: skip
     assert np.isfinite(surface).sum() == (counts > 0).sum()

@@ -15,7 +15,7 @@ from dloftbs.linking.kernels.joint_features import (
     LINK_TURN,
     bend_between,
     describe_pairs,
-    turn_costs,
+    prices,
 )
 from dloftbs.linking.kernels.pair_costs import junction_costs
 from dloftbs.linking.kernels.weights import JOINT
@@ -100,7 +100,9 @@ def test_a_right_angle_costs_what_the_formula_says() -> None:
     turn = np.pi / 2
     length = 10 * np.sqrt(2)
     bend = turn**2 / 4
-    costs = turn_costs(states, np.array([[0, 1], [0, 1]]), np.array([True, False]), WIDTH)
+    pair, roundness = np.array([[0, 1]]), np.zeros(2)
+    joints = [describe_pairs(states, pair, nodes, roundness, WIDTH) for nodes in np.array([[-1, -1], [0, 0]])]
+    costs = prices(np.concatenate(joints), JOINT)
     gap = JOINT[GAP_ENERGY] * WIDTH / length * bend + JOINT[GAP_LENGTH] * length / WIDTH
     assert costs == pytest.approx([gap, JOINT[LINK_TURN] * bend])
     nodes, spur = np.array([0, -1, 0, -1]), np.zeros(2, np.bool_)
@@ -156,4 +158,4 @@ def test_pairs_at_one_junction_are_links_and_others_gaps_by_their_roundness() ->
     np.testing.assert_allclose(joints[1:, GAP_ROUND], [0.5, 0.75])  # both longer than any break of a mask
     without = joints.copy()
     without[:, GAP_ROUND] = 0.0
-    np.testing.assert_allclose(without @ JOINT, turn_costs(states, pairs, gaps, WIDTH))
+    np.testing.assert_array_equal(without, describe_pairs(states, pairs, nodes, np.zeros(4), WIDTH))

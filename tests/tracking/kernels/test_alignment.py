@@ -109,7 +109,7 @@ def test_a_pair_that_is_not_asked_for_does_not_fit():
 def match(tracks: list[BSplineCurve], found: list[BSplineCurve]) -> list[int]:
     a, b = np.array([samples(c) for c in tracks]), np.array([samples(c) for c in found])
     lengths = np.array([length_of(points) for points in a])
-    return kernels.find_partners(a, lengths, b, 0.02, 3.0).tolist()
+    return kernels.find_partners(a, lengths, b, 0.02).tolist()
 
 
 class TestWithoutDoubt:

@@ -452,5 +452,5 @@ def test_nodes_lie_evenly_along_the_curve_and_reach_farther_where_it_is_unseen(c
     reach, hidden = 8.0 * np.minimum(1.0 + 4.0 * unseen_s, 3.0), np.where(unseen_s > 0.0, 0.4, 1.0)
     even, at = np.linspace(0.0, 1.0, 64), np.linspace(0.0, 1.0, count)
     expected = [np.interp(at, even, column) for column in (*predicted.T, reach, hidden)]
-    nodes = kernels.place_nodes(predicted, unseen_s, 8.0, 4.0, 3.0, count)
+    nodes = kernels.place_nodes(predicted, unseen_s, 8.0, count)
     np.testing.assert_allclose(nodes, np.stack(expected, axis=1), rtol=0.0, atol=1e-12)

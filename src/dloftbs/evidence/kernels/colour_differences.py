@@ -63,43 +63,6 @@ def _all_differ(
     return _differ(own, found) and _are_unlike(own, found_samples) and _are_unlike(found, own_samples)
 
 
-@kernel(read(float64, 2), read(float64, 2), read(int64, 1), read(float64, 2), read(float64, 2), read(int64, 1))
-def compare_colours(
-    own: npt.NDArray[np.float64],
-    own_samples: npt.NDArray[np.float64],
-    own_offsets: npt.NDArray[np.int64],
-    found: npt.NDArray[np.float64],
-    found_samples: npt.NDArray[np.float64],
-    found_offsets: npt.NDArray[np.int64],
-) -> npt.NDArray[np.bool_]:
-    """Return which objects differ clearly in colour from which others: by their medians, and by nearly all samples.
-
-    Parameters
-    ----------
-    own : (t, 3) float64
-        Median colours, BGR; NaN where one is unknown, which agrees with any.
-    own_samples : (k, 3) float64
-        Colours along the objects, one object after the other.
-    own_offsets : (t + 1,) int64
-        First sample of each, and the end.
-    found : (d, 3) float64
-    found_samples : (m, 3) float64
-    found_offsets : (d + 1,) int64
-        The same of the others.
-
-    Returns
-    -------
-    (t, d) bool
-    """
-    differ = np.empty((len(own), len(found)), dtype=np.bool_)
-    for t in range(len(own)):
-        mine = own_samples[own_offsets[t] : own_offsets[t + 1]]
-        for d in range(len(found)):
-            theirs = found_samples[found_offsets[d] : found_offsets[d + 1]]
-            differ[t, d] = _all_differ(own[t], mine, found[d], theirs)
-    return differ
-
-
 @kernel(read(float64, 2), read(float64, 2), read(int64, 1), read(int64, 2))
 def compare_pairs(
     colours: npt.NDArray[np.float64],
@@ -107,13 +70,16 @@ def compare_pairs(
     offsets: npt.NDArray[np.int64],
     pairs: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.bool_]:
-    """Return which pairs of some objects differ clearly in colour, as `compare_colours` does.
+    """Return which pairs of some objects differ clearly in colour: by their medians, and by nearly all samples.
 
     Parameters
     ----------
     colours : (n, 3) float64
+        Median colours, BGR; NaN where one is unknown, which agrees with any.
     samples : (k, 3) float64
+        Colours along the objects, one object after the other.
     offsets : (n + 1,) int64
+        First sample of each, and the end.
     pairs : (p, 2) int64
 
     Returns

@@ -20,6 +20,18 @@ EDGE_PX = 4.0
 Source: geometry; depth cameras displace edges by 2 to 4 px.
 """
 
+DEPTH_TOLERANCE_M = 0.01
+"""Least difference of depths that shows what is in front, metres.
+
+Source: geometry; half of a thick cable, whose surface is nearer than its axis.
+"""
+
+DEPTH_NOISE_PER_M = 0.012
+"""The same difference in addition, metres at a distance of one, growing with its square.
+
+Source: geometry; three standard deviations of a depth camera, 4e-3 z^2.
+"""
+
 _MIN_DEPTHS = 5
 """Least number of pixels of a place with depth, of nine.
 
@@ -68,7 +80,8 @@ def _median(values: npt.NDArray[np.float64]) -> float:
 
 
 @helper
-def _pixel(x: float, most: int) -> int:
+def pixel(x: float, most: int) -> int:
+    """Return the row or column nearest to a coordinate; beyond the border that of the border counts."""
     return min(max(int(np.rint(x)), 0), most - 1)
 
 
@@ -80,9 +93,9 @@ def _gather(depth: _Depths, x: float, y: float, reach: float, counts: npt.NDArra
     take as long as one if nothing waits for the first.
     """
     most = depth.shape[1]
-    left, middle, right = _pixel(x - reach, most), _pixel(x, most), _pixel(x + reach, most)
+    left, middle, right = pixel(x - reach, most), pixel(x, most), pixel(x + reach, most)
     for k in range(3):
-        row = _pixel(y + reach * (k - 1), depth.shape[0])
+        row = pixel(y + reach * (k - 1), depth.shape[0])
         counts[3 * k], counts[3 * k + 1], counts[3 * k + 2] = depth[row, left], depth[row, middle], depth[row, right]
 
 
@@ -111,9 +124,9 @@ def _metres_of(
 def _is_clear(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
     """Return True if the mask is not near a place: depth there may be the ground's."""
     most = mask.shape[1]
-    left, middle, right = _pixel(x - EDGE_PX, most), _pixel(x, most), _pixel(x + EDGE_PX, most)
+    left, middle, right = pixel(x - EDGE_PX, most), pixel(x, most), pixel(x + EDGE_PX, most)
     for k in range(-1, 2):
-        row = _pixel(y + EDGE_PX * k, mask.shape[0])
+        row = pixel(y + EDGE_PX * k, mask.shape[0])
         if mask[row, left] != 0 or mask[row, middle] != 0 or mask[row, right] != 0:
             return False
     return True
@@ -225,7 +238,7 @@ def sample_depths(
 
 @kernel(
     (read(float32, 2), read(uint16, 2)), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2),
-    read(float64, 3), read(int64, 1), float64, float64, float64, write(uint8, 2),
+    read(float64, 3), read(int64, 1), float64, write(uint8, 2),
 )  # fmt: skip
 def judge_ways(
     depth: _Depths,
@@ -238,8 +251,6 @@ def judge_ways(
     ways: npt.NDArray[np.float64],
     steps: npt.NDArray[np.int64],
     width: float,
-    tolerance: float,
-    noise: float,
     told: npt.NDArray[np.uint8],
 ) -> None:
     """Find which places of the ways between ends are ground, cable, or hidden by something nearer than the cable.
@@ -259,10 +270,6 @@ def judge_ways(
         As `lay_ways` makes them.
     width : float
         px.
-    tolerance : float
-        Largest difference of depth that shows nothing, m, at no distance.
-    noise : float
-        The same in addition, m at a distance of one, growing with its square.
     told : (k, s) uint8
         `IS_GROUND`, `IS_CABLE` or `IS_NEITHER`, written where depth decides.
     """
@@ -288,8 +295,8 @@ def judge_ways(
             if np.isnan(found):
                 continue
             expected = start + (stop - start) * k / steps[p]
-            deviation = noise * expected * expected
-            limit = tolerance + deviation
+            deviation = DEPTH_NOISE_PER_M * expected * expected
+            limit = DEPTH_TOLERANCE_M + deviation
             if found < expected - limit:
                 told[p, k] = IS_NEITHER
             elif found > expected + limit:
@@ -312,14 +319,13 @@ def _may_be_ground(known: npt.NDArray[np.float64], deviation: float, radius: flo
     return known[1] < max(_MIN_STANDING * deviation, radius)
 
 
-@kernel(read(float64, 2), read(int64, 2), read(float64, 1), float64, float64, float64)
+@kernel(read(float64, 2), read(int64, 2), read(float64, 1), float64, float64)
 def measure_swerves(
     known: npt.NDArray[np.float64],
     pairs: npt.NDArray[np.int64],
     lengths: npt.NDArray[np.float64],
     focal: float,
     width: float,
-    noise: float,
 ) -> npt.NDArray[np.float64]:
     """Measure how far a cable from one end to another would have to swerve towards the camera or away from it.
 
@@ -335,8 +341,6 @@ def measure_swerves(
         px.
     width : float
         px; a shorter way counts as so long.
-    noise : float
-        Three standard deviations of a pixel's depth, m at a distance of one, growing with its square.
 
     Returns
     -------
@@ -351,7 +355,7 @@ def measure_swerves(
         mean = 0.5 * (one[0] + other[0])
         if np.isnan(one[2] + other[2]):
             continue
-        deviation = noise * mean * mean / 3.0  # a place is the median of nine pixels
+        deviation = DEPTH_NOISE_PER_M * mean * mean / 3.0  # a place is the median of nine pixels
         radius = 0.5 * width * mean / focal
         if _may_be_ground(one, deviation, radius) or _may_be_ground(other, deviation, radius):
             continue

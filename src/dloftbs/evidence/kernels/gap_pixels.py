@@ -45,30 +45,6 @@ Source: bounds time and memory.
 """
 
 
-@kernel(read(float64, 2), read(float64, 2), read(float64, 1))
-def transform(
-    points: npt.NDArray[np.float64], matrix: npt.NDArray[np.float64], offset: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float64]:
-    """Return ``matrix @ p + offset`` of each point.
-
-    Parameters
-    ----------
-    points : (m, 2) float64
-    matrix : (2, 2) float64
-    offset : (2,) float64
-
-    Returns
-    -------
-    (m, 2) float64
-    """
-    moved = np.empty((len(points), 2))
-    for k in range(len(points)):
-        x, y = points[k, 0], points[k, 1]
-        for axis in range(2):
-            moved[k, axis] = matrix[axis, 0] * x + matrix[axis, 1] * y + offset[axis]
-    return moved
-
-
 @helper
 def _along(states: npt.NDArray[np.float64], i: int, j: int, t: float, place: npt.NDArray[np.float64]) -> None:
     """Write where a cubic from one end into another is, and its direction."""

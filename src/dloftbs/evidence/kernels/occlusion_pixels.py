@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from numba import float32, float64, int64, uint8, uint16
 
+from dloftbs.evidence.kernels.gap_depths import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M, pixel
 from dloftbs.kernels.compiler import helper, kernel, read
+
+HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
+"""Answers of `OcclusionEvidence.look` for a place, codes.
+
+Source: by definition.
+"""
 
 _MIN_DEPTHS = 3
 """Least number of pixels of a place with depth, of five, that show that it is in plain sight.
@@ -24,64 +31,15 @@ Source: geometry; the cable's middle and its edges.
 
 
 @helper
-def _pixel(x: float, most: int) -> int:
-    """Return the row or column nearest to a coordinate; beyond the border that of the border counts."""
-    return min(max(int(np.rint(x)), 0), most - 1)
-
-
-@helper
 def _is_set(pixels: npt.NDArray[np.uint8], x: float, y: float) -> bool:
     """Return True if the pixel nearest to a place is not 0; beyond the border that of the border counts."""
-    return bool(pixels[_pixel(y, pixels.shape[0]), _pixel(x, pixels.shape[1])] != 0)
-
-
-class _Expected(NamedTuple):
-    """Depth image of `look_at_pixels`, with the depth of the cable in each place and what differs from it for sure."""
-
-    depth: npt.NDArray[Any]
-    unit_m: float
-    nearest_m: float
-    farthest_m: float
-    expected: npt.NDArray[np.float64]
-    tolerance: float
-    noise: float
-
-
-@helper
-def _judge_depths(
-    points: npt.NDArray[np.float64],
-    reach: float,
-    view: _Expected,
-    hidden: int,
-    in_sight: int,
-    told: npt.NDArray[np.int64],
-) -> None:
-    """Write what the depths show: a place is hidden if most known ones are nearer than the cable."""
-    depth, unit_m, nearest_m, farthest_m, expected, tolerance, noise = view
-    counts = np.empty((len(points), len(_CROSS)))
-    for n in range(len(points)):
-        for k in range(len(_CROSS)):
-            x, y = points[n, 0] + reach * _CROSS[k, 0], points[n, 1] + reach * _CROSS[k, 1]
-            counts[n, k] = depth[_pixel(y, depth.shape[0]), _pixel(x, depth.shape[1])]
-    for n in range(len(points)):
-        limit = tolerance + noise * expected[n] * expected[n]
-        nearer, farther, known = 0, 0, 0
-        for k in range(len(_CROSS)):
-            metres = counts[n, k] * unit_m
-            if nearest_m <= metres <= farthest_m:
-                known += 1
-                nearer += metres < expected[n] - limit
-                farther += metres > expected[n] + limit
-        if 2 * nearer > known:
-            told[n] = hidden
-        elif farther == known and known >= _MIN_DEPTHS:
-            told[n] = in_sight
+    return bool(pixels[pixel(y, pixels.shape[0]), pixel(x, pixels.shape[1])] != 0)
 
 
 @kernel(
     read(float64, 2), read(uint8, 2), read(uint8, 2), int64, int64, float64,
     (read(float32, 2), read(float64, 2), read(uint16, 2)), float64, float64, float64,
-    read(float64, 1), float64, float64, int64, int64,
+    read(float64, 1),
 )  # fmt: skip
 def look_at_pixels(
     points: npt.NDArray[np.float64],
@@ -95,10 +53,6 @@ def look_at_pixels(
     nearest_m: float,
     farthest_m: float,
     expected: npt.NDArray[np.float64],
-    tolerance: float,
-    noise: float,
-    hidden: int,
-    in_sight: int,
 ) -> npt.NDArray[np.int64]:
     """Find what hides a cable in places: by their depth, then by the occluders and the mask.
 
@@ -120,31 +74,42 @@ def look_at_pixels(
         Depths outside of these are missing, and so are those that are not finite.
     expected : (n,) float64
         That of the cable, m; NaN where it is unknown, (0,) if it is everywhere: depth shows nothing there.
-    tolerance : float
-        Largest difference that shows nothing, m, at no distance.
-    noise : float
-        The same in addition, at a distance of one metre; it grows with the square.
-    hidden, in_sight : int
-        Codes of places that something hides, and that are in plain sight and empty; 0 is unknown.
 
     Returns
     -------
     (n,) int64
+        `HIDDEN`, `IN_SIGHT` or `UNKNOWN`.
     """
     told = np.zeros(len(points), dtype=np.int64)
     if len(expected):
-        view = _Expected(depth, unit_m, nearest_m, farthest_m, expected, tolerance, noise)
-        _judge_depths(points, reach, view, hidden, in_sight, told)
+        counts = np.empty((len(points), len(_CROSS)))
+        for n in range(len(points)):
+            for k in range(len(_CROSS)):
+                x, y = points[n, 0] + reach * _CROSS[k, 0], points[n, 1] + reach * _CROSS[k, 1]
+                counts[n, k] = depth[pixel(y, depth.shape[0]), pixel(x, depth.shape[1])]
+        for n in range(len(points)):
+            limit = DEPTH_TOLERANCE_M + DEPTH_NOISE_PER_M * expected[n] * expected[n]
+            nearer, farther, known = 0, 0, 0
+            for k in range(len(_CROSS)):
+                metres = counts[n, k] * unit_m
+                if nearest_m <= metres <= farthest_m:
+                    known += 1
+                    nearer += metres < expected[n] - limit
+                    farther += metres > expected[n] + limit
+            if 2 * nearer > known:
+                told[n] = HIDDEN
+            elif farther == known and known >= _MIN_DEPTHS:
+                told[n] = IN_SIGHT
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         if not (-0.5 < x < columns - 0.5 and -0.5 < y < rows - 0.5):
-            told[n] = hidden
+            told[n] = HIDDEN
             continue
-        if told[n] == 0 and occluders.size and _is_set(occluders, x, y):
-            told[n] = hidden
-        if told[n] == in_sight and mask.size:
+        if told[n] == UNKNOWN and occluders.size and _is_set(occluders, x, y):
+            told[n] = HIDDEN
+        if told[n] == IN_SIGHT and mask.size:
             half = 0.5 * reach
             beside = _is_set(mask, x, y) or _is_set(mask, x - half, y) or _is_set(mask, x + half, y)
             if beside or _is_set(mask, x, y - half) or _is_set(mask, x, y + half):
-                told[n] = 0
+                told[n] = UNKNOWN
     return told

@@ -84,24 +84,6 @@ _MAX_CHORDS = 20_000
 Source: bounds time and memory.
 """
 
-_NEAR_WIDTHS = 1.5
-"""Distance of two intersections of the same two passes, mean widths, up to which they are one crossing.
-
-Source: by hand; two cables that meet at 40 degrees overlap over as much.
-"""
-
-_REACH_WIDTHS = 0.5
-"""Distance from another object, widths of it, within which a curve stays with that object.
-
-Source: geometry; half a width from the axis is the border.
-"""
-
-_TURN_WIDTHS = 2.0 * math.pi * _REACH_WIDTHS
-"""Length of a curve, widths, within which two of its chords are no crossing.
-
-Source: geometry; the round of a circle with the least radius that a cable can have, half its width.
-"""
-
 
 class _Lines(NamedTuple):
     """The curves flattened, as the kernels take them."""
@@ -152,9 +134,7 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
         return ()
     arc, closed = measure_arcs(points, first), np.array([curve.closed for curve in curves])
     lines = _Lines(points, arc, first, closed, widths)
-    pairs, places, parameters, at = select_crossings(
-        points, u, arc, first, closed, widths, chords, shares, _TURN_WIDTHS, _NEAR_WIDTHS, _REACH_WIDTHS
-    )
+    pairs, places, parameters, at = select_crossings(points, u, arc, first, closed, widths, chords, shares)
     if not len(pairs):
         return ()
     verdicts = _on_top(lines, pairs, at, places, frame, config)

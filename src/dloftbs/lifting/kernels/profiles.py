@@ -13,6 +13,7 @@ from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.selection import nth_least
 from dloftbs.lifting.kernels.columns import medians_of_columns
+from dloftbs.lifting.kernels.surfaces import MIN_CONTRAST
 
 _INSIDE_PX = 4.0
 """Distance inside of a border from which a profile goes, px.
@@ -42,12 +43,6 @@ _MIN_GROUND = 3
 """Smallest number of places with depth that show the ground on a side.
 
 Source: by definition; a median is robust from three on.
-"""
-
-_MIN_CONTRAST = 6.0
-"""Height over the ground, as a multiple of the noise's deviation, from which edges of depth are recognised.
-
-Source: by hand; half of it, where the edge is taken, is three deviations.
 """
 
 _MIN_NOISE = 1e-4
@@ -263,7 +258,7 @@ def read_profiles(
     aside, wider = np.full(n, np.nan), np.full(n, np.nan)
     for i in range(n):
         level = _third_nearest(metres[i], offsets[i], radius[i] + _EDGE_PX)
-        if not min(sides[i, 0], sides[i, 1]) - level > _MIN_CONTRAST * noise * level * level:  # not: NaN too
+        if not min(sides[i, 0], sides[i, 1]) - level > MIN_CONTRAST * noise * level * level:  # not: NaN too
             continue
         step = offsets[i, 1] - offsets[i, 0]
         between = offsets[i, PLACES // 2] - offsets[i, PLACES // 2 - 1] - step  # not looked at, all of it the object's
@@ -323,7 +318,11 @@ def spread(values: _Floats, count: int, every: int) -> _Floats:
 
 
 @helper
-def _edges(sums: _Floats) -> tuple[float, float, float]:
+def edges_of(sums: _Floats) -> tuple[float, float, float]:
+    """Return the displacement ``(x, y)`` and by how much edges are farther out, px, that the sums of `add_edges` show.
+
+    Without evidence they are 0: as much is expected by `_PRIOR_PX`.
+    """
     prior = 1.0 / _PRIOR_PX**2
     xx, yy = sums[0] + prior, sums[2] + prior
     determinant = xx * yy - sums[1] * sums[1]
@@ -359,7 +358,7 @@ def add_edges(tangents: _Floats, aside: _Floats, wider: _Floats, past: _Floats, 
     kept = memory * past
     sums = kept.copy()
     for _ in range(_ROUNDS):
-        x, y, fattened = _edges(sums)
+        x, y, fattened = edges_of(sums)
         copy_to(sums, kept)
         for i in range(len(aside)):
             if np.isnan(aside[i]):
@@ -375,12 +374,3 @@ def add_edges(tangents: _Floats, aside: _Floats, wider: _Floats, past: _Floats, 
             sums[5] += weight
             sums[6] += weight * wider[i]
     return sums
-
-
-@kernel(read(float64, 1))
-def edges_of(sums: _Floats) -> tuple[float, float, float]:
-    """Return the displacement ``(x, y)`` and by how much edges are farther out, px, that the sums of `add_edges` show.
-
-    Without evidence they are 0: as much is expected by `_PRIOR_PX`.
-    """
-    return _edges(sums)

@@ -12,6 +12,24 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.lifting.kernels.columns import sort_columns
 
+SHARE = 0.6
+"""Distance from the axis up to which a section looks, radii.
+
+Source: geometry; the surface of a round cable is 0.2 radii farther away there.
+"""
+
+BORDER_PX = 1.0
+"""Distance from a cable's border within which no depth is taken, px.
+
+Source: geometry; pixels there mix with the background.
+"""
+
+LEAST_SHARE = 0.3
+"""Distance from the axis up to which a section looks at the least, radii.
+
+Source: by hand; thin cables have nothing but border.
+"""
+
 _MAX_ACROSS = 2
 """Largest number of pixels to either side of the axis.
 
@@ -36,8 +54,8 @@ _CROWD = 3
 Source: by hand.
 """
 
-_MIN_CONTRAST = 6.0
-"""Height over the ground, as a multiple of the noise's deviation, from which an object stands out.
+MIN_CONTRAST = 6.0
+"""Height over the ground, as a multiple of the noise's deviation, from which an object and its edges stand out.
 
 Source: by hand; halfway, where the ground's pixels are distinguished from the object's, is three deviations.
 """
@@ -117,13 +135,7 @@ class _DepthView(NamedTuple):
 
 @helper
 def _lay_places(
-    points: _Floats,
-    tangents: _Floats,
-    radius: _Floats,
-    used: npt.NDArray[np.bool_],
-    share: float,
-    border: float,
-    least: float,
+    points: _Floats, tangents: _Floats, radius: _Floats, used: npt.NDArray[np.bool_]
 ) -> tuple[_Floats, _Floats]:
     """Return ``x`` and ``y`` (`_ENOUGH`, n) of the places of each section, and `_NOWHERE` where it has no more."""
     n = len(points)
@@ -134,7 +146,7 @@ def _lay_places(
         a, b = max(i - 1, 0), min(i + 1, n - 1)
         dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
         spacing = np.sqrt(dx * dx + dy * dy) / max(b - a, 1)
-        half = max(min(share * radius[i], radius[i] - border), least * radius[i])
+        half = max(min(SHARE * radius[i], radius[i] - BORDER_PX), LEAST_SHARE * radius[i])
         side = min(int(half), _MAX_ACROSS)
         lines = min(max(int(np.rint(spacing)), 1), _ENOUGH // (2 * side + 1))
         stride = half / _MAX_ACROSS if half > _MAX_ACROSS + 1.0 else 1.0
@@ -179,7 +191,7 @@ def _level(values: _Floats, known: int, slenderness: float, ground: float, noise
     """
     if known >= _MIN_ABOVE:
         height = ground - values[_MIN_ABOVE - 1]
-        if height > max(slenderness * ground, _MIN_CONTRAST * noise * ground * ground):  # not, where it is NaN
+        if height > max(slenderness * ground, MIN_CONTRAST * noise * ground * ground):  # not, where it is NaN
             above = 0
             while above < known and values[above] < ground - 0.5 * height:
                 above += 1
@@ -263,9 +275,6 @@ def _judge(sections: _Sections, samples: _Samples, view: _DepthView) -> tuple[_F
     float64,
     float64,
     float64,
-    float64,
-    float64,
-    float64,
     read(float64, 1),
     float64,
 )
@@ -282,9 +291,6 @@ def find_surface(
     low_m: float,
     high_m: float,
     focal_px: float,
-    share: float,
-    border: float,
-    least: float,
     dx: float,
     dy: float,
     fattened: float,
@@ -317,9 +323,6 @@ def find_surface(
         Depth that is 0, not finite, or outside of this range is missing.
     focal_px : float
         The radius over it, times the depth, is the radius in metres.
-    share, border, least : float
-        Pixels lie within ``share`` of the radius of the axis, and within the radius less ``border`` px, but as far as
-        ``least`` of the radius in any case.
     dx, dy : float
         Displacement of the depth image against the mask, px.
     fattened : float
@@ -340,7 +343,7 @@ def find_surface(
         Mean distance that pixels were moved to the middle line, as a share of the radius. That is as seen at a right
         angle; where the object is seen obliquely, the surface falls back by more.
     """
-    x, y = _lay_places(points, tangents, radius, used, share, border, least)
+    x, y = _lay_places(points, tangents, radius, used)
     inside = np.ones(x.shape, dtype=np.bool_)
     on_mask, values = np.empty(x.shape), np.empty(x.shape)
     rows, columns = _pixels_of(y, 0.0, top, mask.shape[0], inside), _pixels_of(x, 0.0, left, mask.shape[1], inside)

@@ -225,7 +225,7 @@ def _heading(points: npt.NDArray[np.float64], arc: npt.NDArray[np.float64]) -> t
 
 
 @helper
-def _is_inside(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+def is_inside(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
     """Return whether the pixel at a point is foreground; beyond the image there is none."""
     column, row = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
     return 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
@@ -236,11 +236,11 @@ def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
     """Return how far the mask goes from a point along a unit vector, to half a pixel, or below 0 how far it is away."""
     ahead_x, ahead_y = x + _TIE * dx, y + _TIE * dy
     t = 0.5
-    if _is_inside(mask, ahead_x, ahead_y):
-        while t < most and _is_inside(mask, ahead_x + t * dx, ahead_y + t * dy):
+    if is_inside(mask, ahead_x, ahead_y):
+        while t < most and is_inside(mask, ahead_x + t * dx, ahead_y + t * dy):
             t += 0.5
         return t - 0.25
-    while t < most and not _is_inside(mask, ahead_x - t * dx, ahead_y - t * dy):
+    while t < most and not is_inside(mask, ahead_x - t * dx, ahead_y - t * dy):
         t += 0.5
     return 0.25 - t
 
@@ -267,7 +267,7 @@ def _cap_radius(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: 
 def _free_radius(mask: npt.NDArray[np.uint8], x: float, y: float, least: float, most: float) -> float:
     """Return how far the mask goes from a point in all of eight directions, px: 0 where that is below `least`."""
     for dx, dy in _DIRECTIONS:
-        if not _is_inside(mask, x + (least - 0.5) * dx, y + (least - 0.5) * dy):
+        if not is_inside(mask, x + (least - 0.5) * dx, y + (least - 0.5) * dy):
             return 0.0
     free = most
     for dx, dy in _DIRECTIONS:

@@ -110,18 +110,23 @@ def _find_groups(rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64], n:
 
 
 @helper
-def _group_by_key(keys: npt.NDArray[np.int64], n: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Sort indices by their keys, 0 to n - 1: return the start of each key in the order, and the order."""
+def group_by_key(keys: npt.NDArray[np.int64], n: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Sort indices by their keys, 0 to n - 1: return the start of each key in the order, and the order.
+
+    Those with keys below 0 are left out.
+    """
     first = np.zeros(n + 1, dtype=np.int64)
     for key in keys:
-        first[key + 1] += 1
+        if key >= 0:
+            first[key + 1] += 1
     for key in range(n):
         first[key + 1] += first[key]
-    order = np.empty(len(keys), dtype=np.int64)
+    order = np.empty(first[n], dtype=np.int64)
     filled = first[:n].copy()
     for i in range(len(keys)):
-        order[filled[keys[i]]] = i
-        filled[keys[i]] += 1
+        if keys[i] >= 0:
+            order[filled[keys[i]]] = i
+            filled[keys[i]] += 1
     return first, order
 
 
@@ -166,8 +171,8 @@ def match_ends(
     margin_of = np.full(n, np.inf)
     alternative_of = np.full(n, -1, dtype=np.int64)
     group = _find_groups(rows, columns, n)
-    first, order = _group_by_key(group, n)
-    first_pair, pair_order = _group_by_key(group[rows], n)
+    first, order = group_by_key(group, n)
+    first_pair, pair_order = group_by_key(group[rows], n)
     first_of, pairs_of = list_pairs_of(rows, columns, n)
     discounted = costs - bonus
     local = np.empty(n, dtype=np.int64)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, float64, int64
+from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import CURVATURE, HAS_CURVATURE, TANGENT_X, TANGENT_Y, X, Y
@@ -169,37 +169,6 @@ def prices(rows: npt.NDArray[np.float64], weights: npt.NDArray[np.float64]) -> n
     costs = np.empty(len(rows))
     for k in range(len(rows)):
         costs[k] = price(rows[k], weights)
-    return costs
-
-
-@kernel(read(float64, 2), read(int64, 2), read(boolean, 1), float64)
-def turn_costs(
-    states: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], gaps: npt.NDArray[np.bool_], width: float
-) -> npt.NDArray[np.float64]:
-    """Return the costs of pairs of ends by themselves, through a junction or across a gap.
-
-    Parameters
-    ----------
-    states : (n, 6) float64
-    pairs : (k, 2) int64
-    gaps : (k,) bool
-        True for pairs across a gap.
-    width : float
-        px.
-
-    Returns
-    -------
-    (k,) float64
-        nats.
-    """
-    costs, row = np.empty(len(pairs)), np.empty(len(JOINT))
-    for k in range(len(pairs)):
-        i, j = pairs[k]
-        if gaps[k]:
-            describe_gap(states, i, j, width, 0.0, row)
-        else:
-            describe_link(states, i, j, width, row)
-        costs[k] = price(row, JOINT)
     return costs
 
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.linking.kernels.end_extension import is_inside
 
 _CROSSING_WIDTHS = 2.0**0.5
 """Diameter of the disc up to which the mask is one cable, or another one across it, widths.
@@ -82,19 +83,13 @@ Source: numerics; of sixteen one leads across a cable, longer than its width by 
 
 
 @helper
-def _is_set(mask: npt.NDArray[np.uint8], y: float, x: float) -> bool:
-    row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
-    return 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
-
-
-@helper
 def _disc(mask: npt.NDArray[np.uint8], x: float, y: float, width: float) -> float:
     """Return the diameter of the largest disc about a point that lies in the mask, or the width if that is no lump."""
     radius = 0.5 * _CROSSING_WIDTHS * width
     while True:
         for dx, dy in _RING:
-            if not _is_set(mask, y + radius * dy, x + radius * dx) or not _is_set(
-                mask, y - radius * dy, x - radius * dx
+            if not is_inside(mask, x + radius * dx, y + radius * dy) or not is_inside(
+                mask, x - radius * dx, y - radius * dy
             ):
                 measured = 2.0 * radius - _STEP_PX  # the edge lies within the last step
                 return measured if measured > _CROSSING_WIDTHS * width else width
@@ -144,7 +139,7 @@ def _goes_on(
         return False
     reach = (_AROUND_WIDTHS * width + _AROUND_PX) / length
     for ahead, aside in _AROUND:
-        if _is_set(mask, y + reach * (ahead * dy + aside * dx), x + reach * (ahead * dx - aside * dy)):
+        if is_inside(mask, x + reach * (ahead * dx - aside * dy), y + reach * (ahead * dy + aside * dx)):
             return True
     return False
 

@@ -9,6 +9,7 @@ from numba import boolean, float64, int64
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to, longer, longer_rows
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN, UNAVAILABLE, branch_of
+from dloftbs.linking.kernels.end_matching import group_by_key
 from dloftbs.linking.kernels.joint_features import (
     GAP_HIDDEN,
     GAP_LENGTH,
@@ -50,19 +51,7 @@ def _list_junction_ends(nodes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.in
     count = 0
     for node in nodes:
         count = max(count, node + 1)
-    first = np.zeros(count + 1, dtype=np.int64)
-    for node in nodes:
-        if node >= 0:
-            first[node + 1] += 1
-    for node in range(count):
-        first[node + 1] += first[node]
-    members = np.empty(first[count], dtype=np.int64)
-    filled = first[:count].copy()
-    for end in range(len(nodes)):
-        if nodes[end] >= 0:
-            members[filled[nodes[end]]] = end
-            filled[nodes[end]] += 1
-    return first, members
+    return group_by_key(nodes, count)
 
 
 @helper

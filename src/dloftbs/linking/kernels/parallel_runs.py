@@ -27,13 +27,13 @@ _WIDE = 0.7
 Source: by hand; above `_NARROW`, so that noise does not make two places of one.
 """
 
-_WINDOW = 3.0
+WINDOW = 3.0
 """Length to both sides of a narrow place that is compared, widths.
 
 Source: by hand.
 """
 
-_MIN_WINDOW_PX = 24
+MIN_WINDOW_PX = 24
 """Least length to both sides of a narrow place that is compared, px.
 
 Source: by hand; thin cables are as coarse as their pixels.
@@ -206,7 +206,7 @@ def find_swaps(
     n = len(arc)
     swapped = np.zeros(n + 1, dtype=np.bool_)
     margin, weakest = np.inf, -1
-    most = max(int(_WINDOW * width) + 4, _MIN_WINDOW_PX)
+    most = max(int(WINDOW * width) + 4, MIN_WINDOW_PX)
     narrow_px, wide_px = _NARROW * width + _PIXEL, _WIDE * width + _PIXEL
     room = 2 * most + n + 16
     points = np.empty((room, 2))

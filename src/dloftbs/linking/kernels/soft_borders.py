@@ -24,13 +24,6 @@ def _interpolated(soft: npt.NDArray[np.uint8], x: float, y: float) -> float:
     return float((1.0 - v) * upper + v * lower)
 
 
-@helper
-def _tip_and_back(points: npt.NDArray[np.float64], at_end: bool, back: int) -> tuple[int, int]:
-    """Return the places in a line of its tip, and of the point by which the tip's direction is measured."""
-    back = min(back, len(points) - 1)
-    return (len(points) - 1, len(points) - 1 - back) if at_end else (0, back)
-
-
 @kernel(read(float64, 2), boolean, read(uint8, 2), float64, int64)
 def least_ahead(
     points: npt.NDArray[np.float64], at_end: bool, soft: npt.NDArray[np.uint8], width: float, limit: int
@@ -58,7 +51,9 @@ def least_ahead(
         Of the values below the limit across each place ahead the largest, less the border's, and of these the least; -1
         where another object or the image's border lies there.
     """
-    tip, other = _tip_and_back(points, at_end, math.ceil(AHEAD_WIDTHS[-1] * width))
+    last = len(points) - 1
+    back = min(math.ceil(AHEAD_WIDTHS[-1] * width), last)
+    tip, other = (last, last - back) if at_end else (0, back)  # by the other one the tip's direction is measured
     dx, dy = points[tip, 0] - points[other, 0], points[tip, 1] - points[other, 1]
     length = math.sqrt(dx * dx + dy * dy)
     if length == 0.0:

@@ -334,11 +334,8 @@ def describe_ends(
         branch, node, far = branch_of(end), nodes[end], nodes[other_end(end)]
         start, stop = spans[branch]
         step = inward(end)
-        first = start if step == 1 else stop - 1  # of the clear points, as seen from this end
         count = stop - start
-        if count <= 0:
-            first, count = start, 0
-            first = min(first, offsets[branch + 1] - 1)
+        first = start if step == 1 or count == 0 else stop - 1  # of the clear points, as seen from this end
         states[end, X], states[end, Y] = points[first, 0], points[first, 1]
         # Leave out what the junction or the tip distorts, as far as enough is left.
         skip = 0

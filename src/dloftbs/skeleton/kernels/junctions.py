@@ -16,14 +16,8 @@ _RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arang
 Source: geometry; at 16 rays the distance to a straight edge is 2 % too long at most.
 """
 
-_BRANCH = 2
-"""Code that marks branch points in the grid while a kernel runs.
-
-Source: by definition.
-"""
-
-_LABELLED = 3
-"""Code that marks branch points that have a junction, while a kernel runs.
+_BRANCH, _LABELLED = 2, 3
+"""Codes that mark branch points in the grid while a kernel runs: those without a junction yet, and with one.
 
 Source: by definition.
 """
@@ -431,41 +425,6 @@ def _is_inner(
     return alive[branch] and nodes[start_of(branch)] >= 0 and nodes[stop_of(branch)] >= 0 and clear[branch] < least
 
 
-@kernel(read(int64, 1), read(int64, 1), read(boolean, 1), int64, float64)
-def merge_junctions(
-    nodes: npt.NDArray[np.int64],
-    clear: npt.NDArray[np.int64],
-    alive: npt.NDArray[np.bool_],
-    count: int,
-    least: float,
-) -> npt.NDArray[np.int64]:
-    """Merge junctions that are joined by a branch too short to have a direction of its own.
-
-    Parameters
-    ----------
-    nodes : (2 n,) int64
-    clear : (n,) int64
-        Number of points of each branch that lie clear of its junctions.
-    alive : (n,) bool
-    count : int
-        Number of junctions.
-    least : float
-        A branch with fewer clear points than this merges its junctions.
-
-    Returns
-    -------
-    (count,) int64
-        The lowest junction of those that each is merged with.
-    """
-    group = np.arange(count)
-    for branch in range(len(clear)):
-        if _is_inner(branch, nodes, clear, alive, least):
-            unite(group, nodes[start_of(branch)], nodes[stop_of(branch)])
-    for node in range(count):
-        group[node] = find_root(group, node)
-    return group
-
-
 @kernel(read(int64, 1), read(int64, 2), read(boolean, 1), read(boolean, 1), int64, float64)
 def assign_junctions(
     nodes: npt.NDArray[np.int64],
@@ -476,6 +435,8 @@ def assign_junctions(
     least: float,
 ) -> npt.NDArray[np.int64]:
     """Assign a junction to each end of each branch, with near junctions merged.
+
+    Those are merged that are joined by a branch too short to have a direction of its own.
 
     Parameters
     ----------
@@ -496,7 +457,10 @@ def assign_junctions(
         junction and of those that are left out, and the free end of a spur.
     """
     clear = spans[:, 1] - spans[:, 0]
-    group = merge_junctions(nodes, clear, alive, count, least)
+    group = np.arange(count)
+    for branch in range(len(clear)):
+        if _is_inner(branch, nodes, clear, alive, least):
+            unite(group, nodes[start_of(branch)], nodes[stop_of(branch)])
     assigned = np.empty_like(nodes)
     for end in range(len(nodes)):
         branch, node = branch_of(end), nodes[end]
@@ -504,5 +468,5 @@ def assign_junctions(
         if left_out or _is_inner(branch, nodes, clear, alive, least):
             assigned[end] = UNAVAILABLE
         else:
-            assigned[end] = group[node] if node >= 0 else node
+            assigned[end] = find_root(group, node) if node >= 0 else node
     return assigned

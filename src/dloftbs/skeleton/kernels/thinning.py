@@ -13,26 +13,8 @@ from numba import uint8, uint64
 from dloftbs.kernels.compiler import inlined, kernel, read, write
 from dloftbs.kernels.shared.bitmask_layout import TILE_ROWS
 
-NORTH = 0
-"""Code of the side above, the number of its neighbour.
-
-Source: by definition.
-"""
-
-EAST = 2
-"""Code of the right side, the number of its neighbour.
-
-Source: by definition.
-"""
-
-SOUTH = 4
-"""Code of the side below, the number of its neighbour.
-
-Source: by definition.
-"""
-
-WEST = 6
-"""Code of the left side, the number of its neighbour.
+NORTH, EAST, SOUTH, WEST = 0, 2, 4, 6
+"""Codes of the sides, the numbers of their neighbours.
 
 Source: by definition.
 """

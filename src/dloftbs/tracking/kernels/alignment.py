@@ -15,6 +15,12 @@ _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]
 _Bools = npt.NDArray[np.bool_]
 
+_MARGIN_RATIO = 3.0
+"""Number of times that any other candidate must be farther than an unambiguous match.
+
+Source: by hand.
+"""
+
 _STRIDE = 4
 """Step between the samples that show whether two curves are alike as they stand.
 
@@ -48,7 +54,7 @@ Source: numerics; to 1/64 of a sample.
 
 
 @helper
-def _distances_as_they_lie(tracks: _Floats, found: _Floats, margin_ratio: float, limit: float) -> tuple[_Floats, _Ints]:
+def _distances_as_they_lie(tracks: _Floats, found: _Floats, limit: float) -> tuple[_Floats, _Ints]:
     """Return the mean distances of tracks (t, m, d) from curves (f, m, d), and their directions.
 
     A direction is 1 or -1, 0 if one is not clearly better than the other. Mean distances above `limit` are too small,
@@ -71,15 +77,15 @@ def _distances_as_they_lie(tracks: _Floats, found: _Floats, margin_ratio: float,
                 if min(there, back) > limit * used:
                     break  # too far already, whatever the rest adds
             distance[t, f] = min(there, back) / used
-            if there * margin_ratio < back:
+            if there * _MARGIN_RATIO < back:
                 way[t, f] = 1
-            elif back * margin_ratio < there:
+            elif back * _MARGIN_RATIO < there:
                 way[t, f] = -1
     return distance, way
 
 
-@kernel(read(float64, 3), read(float64, 1), read(float64, 3), float64, float64)
-def find_partners(tracks: _Floats, lengths: _Floats, found: _Floats, max_mean: float, margin_ratio: float) -> _Ints:
+@kernel(read(float64, 3), read(float64, 1), read(float64, 3), float64)
+def find_partners(tracks: _Floats, lengths: _Floats, found: _Floats, max_mean: float) -> _Ints:
     """Find the curve that alone is near to each track as a whole, which is alone near to it.
 
     Parameters
@@ -92,8 +98,6 @@ def find_partners(tracks: _Floats, lengths: _Floats, found: _Floats, max_mean: f
         Samples of the curves found; one or more.
     max_mean : float
         Largest mean distance of a match, as a share of the length; no other curve or track may be as near.
-    margin_ratio : float
-        Ratio of the mean distance of any other to that of the match, at least.
 
     Returns
     -------
@@ -101,11 +105,11 @@ def find_partners(tracks: _Floats, lengths: _Floats, found: _Floats, max_mean: f
         One more than the index of the curve found, negative if that is reversed; 0 if it is ambiguous.
     """
     partner = np.zeros(len(tracks), dtype=np.int64)
-    limit = margin_ratio * max_mean * lengths.max()
-    distance, way = _distances_as_they_lie(tracks, found, margin_ratio, limit)
+    limit = _MARGIN_RATIO * max_mean * lengths.max()
+    distance, way = _distances_as_they_lie(tracks, found, limit)
     for t in range(len(tracks)):
         best = int(np.argmin(distance[t]))
-        limit = max(margin_ratio * distance[t, best], max_mean * lengths[t])
+        limit = max(_MARGIN_RATIO * distance[t, best], max_mean * lengths[t])
         sure = distance[t, best] <= max_mean * lengths[t]
         for f in range(len(found)):
             sure &= f == best or distance[t, f] >= limit

@@ -22,6 +22,18 @@ _TANGENT_X, _TANGENT_Y, _EXTRA_COST = 2, 3, 4
 Source: by definition.
 """
 
+WIDENING_PER_S = 4.0
+"""Growth of the gate and of the reach of an unseen track, multiples per second.
+
+Source: by hand; it doubles in a quarter of a second.
+"""
+
+MAX_WIDENING = 3.0
+"""Largest multiple to which they grow.
+
+Source: by hand.
+"""
+
 SAMPLES_PER_NODE = 4
 """Number of samples of a frame's curves from one node of the known curve to the next.
 
@@ -173,10 +185,8 @@ def _find_candidates(k: int, problem: _Problem, steps_per_px: float, candidates:
     candidates.sizes[k] = count
 
 
-@kernel(read(float64, 2), read(float64, 1), float64, float64, float64, int64)
-def place_nodes(
-    predicted: _Floats, unseen_s: _Floats, reach: float, widening_per_s: float, most_widening: float, count: int
-) -> _Floats:
+@kernel(read(float64, 2), read(float64, 1), float64, int64)
+def place_nodes(predicted: _Floats, unseen_s: _Floats, reach: float, count: int) -> _Floats:
     """Place the nodes of a known curve evenly along it.
 
     Parameters
@@ -187,8 +197,6 @@ def place_nodes(
         Seconds since each was last seen.
     reach : float
         Largest distance of what may be a node that was just seen, px.
-    widening_per_s, most_widening : float
-        Growth of this distance with the time, multiples a second, and the largest multiple.
     count : int
         Number of nodes, two or more.
 
@@ -200,7 +208,7 @@ def place_nodes(
     samples, nodes = np.empty((len(predicted), 4)), np.empty((count, 4))
     for i in range(len(predicted)):
         samples[i, 0], samples[i, 1] = predicted[i, 0], predicted[i, 1]
-        samples[i, 2] = reach * min(1.0 + widening_per_s * unseen_s[i], most_widening)
+        samples[i, 2] = reach * min(1.0 + WIDENING_PER_S * unseen_s[i], MAX_WIDENING)
         samples[i, 3] = _STILL_HIDDEN_COST if unseen_s[i] > 0.0 else _HIDDEN_COST
     for k in range(count):
         for d in range(4):

@@ -19,7 +19,7 @@ def select(lines: list[np.ndarray], closed: bool = False) -> tuple[np.ndarray, .
     u = np.concatenate([np.linspace(0, 1, len(line)) for line in lines])
     loops, widths = np.full(len(lines), closed), np.full(len(lines), WIDTH)
     chords, shares = intersect(points, first)
-    return select_crossings(points, u, arc, first, loops, widths, chords, shares, TURN, NEAR, REACH)
+    return select_crossings(points, u, arc, first, loops, widths, chords, shares)
 
 
 def literal_places(height: np.ndarray) -> list[tuple[float, float]]:

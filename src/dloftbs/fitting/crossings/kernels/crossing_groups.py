@@ -6,6 +6,7 @@ whether they leave it on other sides than they entered it, that is, whether thei
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,14 +17,26 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.selection import count_up_to
 from dloftbs.kernels.shared.union_find import find_root
 
-_LEFT = -1
-"""Code of a walk that left the other curve.
+_NEAR_WIDTHS = 1.5
+"""Distance of two intersections of the same two passes, mean widths, up to which they are one crossing.
 
-Source: by definition.
+Source: by hand; two cables that meet at 40 degrees overlap over as much.
 """
 
-_ENDED = -2
-"""Code of a walk that came to the end of its curve.
+_REACH_WIDTHS = 0.5
+"""Distance from another object, widths of it, within which a curve stays with that object.
+
+Source: geometry; half a width from the axis is the border.
+"""
+
+_TURN_WIDTHS = 2.0 * math.pi * _REACH_WIDTHS
+"""Length of a curve, widths, within which two of its chords are no crossing.
+
+Source: geometry; the round of a circle with the least radius that a cable can have, half its width.
+"""
+
+_LEFT, _ENDED = -1, -2
+"""Codes of a walk that left the other curve, and of one that came to the end of its own.
 
 Source: by definition.
 """
@@ -42,7 +55,6 @@ class _Lines(NamedTuple):
     first: _Ints
     closed: _Bools
     widths: _Floats
-    turn: float
 
 
 class _Hits(NamedTuple):
@@ -114,7 +126,7 @@ def _meeting(lines: _Lines, hits: _Hits, low: int, high: int, start: int, chord:
 
 
 @helper
-def _walk(lines: _Lines, hits: _Hits, low: int, high: int, start: int, side: int, step: int, reach: float) -> int:
+def _walk(lines: _Lines, hits: _Hits, low: int, high: int, start: int, side: int, step: int) -> int:
     """Walk from an intersection along one of its curves for as long as it stays near the other.
 
     Returns that of the intersections `low` to `high - 1` which the walk comes to, or `_ENDED` where it comes to the end
@@ -122,7 +134,7 @@ def _walk(lines: _Lines, hits: _Hits, low: int, high: int, start: int, side: int
     """
     own, foreign = hits.curves[start, side], hits.curves[start, 1 - side]
     chord, other = hits.chords[start, side], hits.chords[start, 1 - side]
-    reach_px = reach * lines.widths[foreign]
+    reach_px = _REACH_WIDTHS * lines.widths[foreign]
     for n in range(lines.first[own + 1] - lines.first[own]):
         if n > 0:
             found = _meeting(lines, hits, low, high, start, chord, other, side)
@@ -132,7 +144,7 @@ def _walk(lines: _Lines, hits: _Hits, low: int, high: int, start: int, side: int
         other = _nearest_chord(lines, foreign, vertex, other)
         if _distance(lines.points, vertex, other) > reach_px:
             return _LEFT
-        if own == foreign and _way(lines, own, lines.arc[vertex] - lines.arc[other]) < lines.turn * lines.widths[own]:
+        if own == foreign and _way(lines, own, lines.arc[vertex] - lines.arc[other]) < _TURN_WIDTHS * lines.widths[own]:
             return _ENDED
         chord = _next(lines, own, chord, step)
         if chord < 0:
@@ -153,23 +165,23 @@ def _find_hits(lines: _Lines, chords: _Ints, shares: _Floats) -> _Hits:
             hits.curves[count, side] = count_up_to(lines.first, chord) - 1
             hits.at[count, side] = lines.arc[chord] + shares[i, side] * (lines.arc[chord + 1] - lines.arc[chord])
         a, b = hits.curves[count]
-        if a != b or _way(lines, a, hits.at[count, 0] - hits.at[count, 1]) >= lines.turn * lines.widths[a]:
+        if a != b or _way(lines, a, hits.at[count, 0] - hits.at[count, 1]) >= _TURN_WIDTHS * lines.widths[a]:
             count += 1
     return _Hits(hits.curves[:count], hits.chords[:count], hits.shares[:count], hits.at[:count])
 
 
 @helper
-def _are_close(lines: _Lines, hits: _Hits, i: int, j: int, near: float) -> bool:
+def _are_close(lines: _Lines, hits: _Hits, i: int, j: int) -> bool:
     """Return whether two intersections of the same curves lie close together along both passes."""
     a, b = hits.curves[i]
-    limit = near * (lines.widths[a] + lines.widths[b]) / 2.0
+    limit = _NEAR_WIDTHS * (lines.widths[a] + lines.widths[b]) / 2.0
     if _way(lines, a, hits.at[i, 0] - hits.at[j, 0]) >= limit:
         return False
     return _way(lines, b, hits.at[i, 1] - hits.at[j, 1]) < limit
 
 
 @helper
-def _group(lines: _Lines, hits: _Hits, near: float, reach: float) -> tuple[_Ints, _Bools]:
+def _group(lines: _Lines, hits: _Hits) -> tuple[_Ints, _Bools]:
     """Return a representative of each intersection's group, and which intersections lie where a pass ends."""
     n = len(hits.chords)
     parent = np.arange(n)
@@ -181,11 +193,11 @@ def _group(lines: _Lines, hits: _Hits, near: float, reach: float) -> tuple[_Ints
             high += 1
         for i in range(low, high):
             for j in range(i + 1, high):
-                if _are_close(lines, hits, i, j, near):
+                if _are_close(lines, hits, i, j):
                     parent[find_root(parent, j)] = find_root(parent, i)
             for side in range(2):
                 for step in (1, -1):
-                    found = _walk(lines, hits, low, high, i, side, step, reach)
+                    found = _walk(lines, hits, low, high, i, side, step)
                     if found >= 0:
                         parent[find_root(parent, found)] = find_root(parent, i)
                     ended[i] |= found == _ENDED
@@ -224,9 +236,6 @@ def _between(values: _Floats, hits: _Hits, hit: int, side: int) -> float:
     read(float64, 1),
     read(int64, 2),
     read(float64, 2),
-    float64,
-    float64,
-    float64,
 )
 def select_crossings(
     points: _Floats,
@@ -237,9 +246,6 @@ def select_crossings(
     widths: _Floats,
     chords: _Ints,
     shares: _Floats,
-    turn: float,
-    near: float,
-    reach: float,
 ) -> tuple[_Ints, _Floats, _Floats, _Floats]:
     """Return which intersections stand for crossings: the middle one of each odd group that no pass ends in.
 
@@ -262,12 +268,6 @@ def select_crossings(
         The two chords that intersect, by the index of their first vertex, those of the same two curves together.
     shares : (n, 2) float64
         Place along each of them, 0 to 1.
-    turn : float
-        In widths: parts of a curve that are nearer along it are neighbours, which do not cross.
-    near : float
-        In mean widths: two intersections that are nearer along both passes belong together.
-    reach : float
-        In widths of the other object: a pass that is nearer to its curve has not left it.
 
     Returns
     -------
@@ -278,9 +278,9 @@ def select_crossings(
     parameters, at : (k, 2) float64
         The parameter and the arc length of each pass.
     """
-    lines = _Lines(points, arc, first, closed, widths, turn)
+    lines = _Lines(points, arc, first, closed, widths)
     hits = _find_hits(lines, chords, shares)
-    parent, ended = _group(lines, hits, near, reach)
+    parent, ended = _group(lines, hits)
     n = len(parent)
     curves = np.empty((n, 2), dtype=np.int64)
     places, parameters, at = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
