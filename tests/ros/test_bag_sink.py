@@ -88,7 +88,7 @@ def test_results_without_tracks_and_without_depth(tmp_path):
     found = read_all(write(tmp_path / "curves.mcap", given, frame_id="lens"))
     assert [message.width for _, message in found["points_px"]] == [200, 200, 200, 0]
     assert [message.width for _, message in found["points"]] == [0, 0, 200, 0]
-    assert [len(message.markers) for _, message in found["markers"]] == [0, 0, 2, 2]
+    assert [len(message.markers) for _, message in found["markers"]] == [1, 0, 2, 2]  # first, those of before go
     assert [at for at, _ in found["points"]] == [0, 10**9, 2 * 10**9, 3 * 10**9]
     assert found["points"][0][1].header.frame_id == "lens"
 
