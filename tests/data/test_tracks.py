@@ -64,6 +64,16 @@ def test_another_curve_in_space_has_no_velocity() -> None:
     assert (gone.curve_3d, gone.velocity_3d) == (None, None)
 
 
+def test_of_a_curve_in_space_that_is_what_is_seen_nothing_else_is_inferred() -> None:
+    """As a rig gives it: a view completes its track, and has in space what both views show."""
+    seen = replace(
+        detection_of(line((0.0, 0.0), (50.0, 0.0)), line((0.0, 0.0, 1.0), (1.0, 0.0, 1.0))), inferred_3d=((0.1, 0.2),)
+    )
+    whole = line((0.0, 0.0), (100.0, 0.0))
+    track = Track(1, TrackState.CONFIRMED, whole, seen.curve_3d, 1, 0, seen, ((0.5, 1.0),))
+    assert track.inferred_3d == ((0.1, 0.2),)
+
+
 def test_run_the_other_way_all_that_lies_along_it_is_mirrored() -> None:
     track = in_motion()
     turned = track.reversed()

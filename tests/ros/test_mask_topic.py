@@ -58,6 +58,26 @@ def test_a_mask_has_the_stamp_of_its_image_but_for_what_rounding_takes(tmp_path,
     assert len(frames) == count
 
 
+def images_and_masks(headers_ns, late_ns):
+    """Return images, recorded every .6 s, and masks with their stamps."""
+    given = []
+    for i, (header_ns, late) in enumerate(zip(headers_ns, late_ns, strict=True)):
+        at = bags.START_NS + i * 600_000_000
+        given.append((bags.COLOUR_TOPIC, at, bags.raw_image(bags.photo_of(i), "bgr8", header_ns)))
+        given.append((MASKS, at + late, bags.raw_image(bags.mask_of(i), "mono8", header_ns)))
+    return given
+
+
+@pytest.mark.parametrize(
+    "headers_ns", [[0] * COUNT, [bags.START_NS + (i % 4) * 600_000_000 for i in range(COUNT)]], ids=["none", "a loop"]
+)
+def test_masks_are_found_where_headers_have_no_times_or_begin_anew(tmp_path, headers_ns):
+    late_ns = [3_000_000, 18_000_000, 7_000_000, 12_000_000] * 2
+    frames, _ = read(bags.write_ros2(tmp_path / "run", images_and_masks(headers_ns, late_ns)))
+    assert [frame.index for frame in frames] == list(range(COUNT))
+    assert all((frame.mask == bags.mask_of(frame.index)).all() for frame in frames)
+
+
 def test_frames_carry_their_own_images_however_late_masks_are(tmp_path):
     frames, _ = read(written(tmp_path, masks(range(COUNT), 900_000_000)), keep_messages=True)
     images = [[raw.stamp_ns for raw in frame.recorded if raw.topic == bags.COLOUR_TOPIC] for frame in frames]

@@ -7,6 +7,7 @@ import pytest
 from builders import curve_through, detection_of
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.config import TrackingConfig
 from dloftbs.data.detection import Detection
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.tracking import Tracker
@@ -105,8 +106,9 @@ def test_a_part_whose_depth_jumps_is_in_space_where_it_is_seen(body):
 
 @pytest.mark.parametrize("body", bodies())
 @pytest.mark.parametrize("dark", [0, 1])
-def test_a_part_without_depth_is_not_measured_in_space(body, dark):
-    tracker, points = seen_whole(body)
+@pytest.mark.parametrize("smoothing_s", [0.0, 0.1])
+def test_a_part_without_depth_is_not_measured_in_space(body, dark, smoothing_s):
+    tracker, points = seen_whole(body, TrackingConfig(smoothing_s=smoothing_s))
     parts = parts_beside_a_bar(points, 0.0)
     parts[dark] = Detection(parts[dark].centerline, parts[dark].curve)
     (track,) = tracker.update(parts, size=SIZE, occlusion=BAR)
@@ -117,9 +119,9 @@ def test_a_part_without_depth_is_not_measured_in_space(body, dark):
     assert not any(low <= 0.5 * (share if dark else 1.0 + share) <= high for low, high in track.inferred_3d)
 
 
-def seen_whole(body: np.ndarray) -> tuple[Tracker, np.ndarray]:
+def seen_whole(body: np.ndarray, config: TrackingConfig | None = None) -> tuple[Tracker, np.ndarray]:
     """Return a tracker that has seen all of a body for some frames, and its points."""
-    tracker, points = Tracker(), posed(body, "stays", 0.0)
+    tracker, points = Tracker(config), posed(body, "stays", 0.0)
     for _ in range(12):
         whole = detection_of(curve_through(CAMERA.project(points)[::2]), curve_through(points[::2]))
         tracker.update([whole], size=SIZE)

@@ -78,7 +78,7 @@ class UsableFrames:
         return self._source.skipped + self._unusable
 
     def __iter__(self) -> Iterator[Frame]:
-        earlier: tuple[RawMessage, ...] = ()
+        earlier: list[RawMessage] = []
         for frame in self._source:
             if frame.index % self._every:
                 continue
@@ -87,10 +87,10 @@ class UsableFrames:
             if problem is not None:
                 self._unusable += 1
                 _log.warning("skipped frame %d (%s): %s", frame.index, frame.name, problem)
-                earlier += _recorded_in(frame)
+                earlier += _small_ones_of(frame)
                 continue
             yield _with_recorded(frame, earlier) if earlier else frame
-            earlier = ()
+            earlier = []
 
     def _problem(self, frame: Frame) -> str | None:
         """Return why a frame is not usable; None if it is."""
@@ -119,17 +119,20 @@ class UsableFrames:
         return None
 
 
-def _recorded_in(frame: Frame) -> tuple[RawMessage, ...]:
+def _small_ones_of(frame: Frame) -> list[RawMessage]:
+    """Return the messages that a frame carries but for images, which would fill the memory in a long stretch."""
     from dloftbs.ros import RosFrame  # late: it takes long to load
+    from dloftbs.ros.topic_choice import IMAGE_TYPES
 
-    return frame.recorded or () if isinstance(frame, RosFrame) else ()
+    recorded = frame.recorded if isinstance(frame, RosFrame) else None
+    return [raw for raw in recorded or () if raw.channel is None or raw.channel.type_name not in IMAGE_TYPES]
 
 
-def _with_recorded(frame: Frame, earlier: tuple[RawMessage, ...]) -> Frame:
+def _with_recorded(frame: Frame, earlier: list[RawMessage]) -> Frame:
     """Return a frame that also carries messages of the frames before it."""
     from dloftbs.ros import RosFrame
 
-    return replace(frame, recorded=earlier + _recorded_in(frame)) if isinstance(frame, RosFrame) else frame
+    return replace(frame, recorded=(*earlier, *(frame.recorded or ()))) if isinstance(frame, RosFrame) else frame
 
 
 def without_partners(where: Sequence[str], inputs: InputOptions) -> list[str]:

@@ -231,6 +231,9 @@ class Track(ObjectShape):
         """The intervals of the ``u`` of `curve_3d`, ascending, that this frame or its depth does not show."""
         if self.curve_3d is None:
             return ()
+        seen = self.detection
+        if seen is not None and self.curve_3d is seen.curve_3d and self.curve != seen.curve:
+            return seen.inferred_3d  # of a rig, which has in space what is seen
         spans = self._unknown_in_space(self._parts)
         if self.detection is not None and not self._parts:
             spans += _spans_on(self.curve_3d, self.detection.curve_3d, self.detection.inferred_3d)

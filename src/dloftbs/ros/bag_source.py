@@ -32,11 +32,12 @@ _LOG_TOLERANCE_S = 0.05
 
 @dataclass(frozen=True)
 class _Item:
-    """A message, its place among those of its topic, and its time by the clock of the topic."""
+    """A message, its place among those of its topic, its time by the clock of the topic, and that to pair masks by."""
 
     index: int
     message: Any
     time_ns: int
+    mask_ns: int
 
 
 Pair = tuple[_Item, _Item | None]
@@ -298,12 +299,13 @@ class BagSource(Source):
         )
         masking: StampPairing[Pair, _Item] | None = None
         if mask is not None:
-            masking = StampPairing(MASK_TOLERANCE_S, WAITING_FOR_MASKS)
+            tolerance_s = MASK_TOLERANCE_S if self._are_masks_stamped else self._tolerance_s
+            masking = StampPairing(tolerance_s, WAITING_FOR_MASKS)
         images = 0
         for name, log_ns, item in self._items(maker, kept):
             images += name == self.topics.image.name
             if masking is not None and mask is not None and name == mask.name:
-                yield from _masked(masking.add_partner(item.time_ns, item))
+                yield from _masked(masking.add_partner(item.mask_ns, item))
                 continue
             moment_ns = log_ns if by_log else item.time_ns
             if depth is None:
@@ -348,9 +350,16 @@ class BagSource(Source):
                     logger.warning("%s: a message of %s is left out: %s", self.name, raw.topic, error)
                 continue
             if raw.topic in clocks:
-                yield raw.topic, raw.stamp_ns, _Item(index, message, self._time_ns(clocks[raw.topic], raw, header_ns))
+                time_ns = self._time_ns(clocks[raw.topic], raw, header_ns)
+                is_known = header_ns is not None and self._are_masks_stamped
+                yield raw.topic, raw.stamp_ns, _Item(index, message, time_ns, header_ns if is_known else time_ns)
             else:
                 maker.take_info(message)
+
+    @property
+    def _are_masks_stamped(self) -> bool:
+        """Whether masks have the stamps of their images in their headers: these need no clock of their own."""
+        return self._offset_ns is not None and self._mask_offset_ns is not None
 
     def _has_two_clocks(self) -> bool:
         """Return whether headers of images and of depth have times of two clocks, and say so."""
@@ -387,7 +396,7 @@ def _with_mask(pairs: Iterable[Pair], masking: StampPairing[Pair, _Item] | None)
         if masking is None:
             yield _Moment(image, depth)
         else:
-            yield from _masked(masking.add_image(image.time_ns, (image, depth)))
+            yield from _masked(masking.add_image(image.mask_ns, (image, depth)))
 
 
 def _masked(found: Iterable[tuple[Pair, _Item | None]]) -> Iterator[_Moment]:

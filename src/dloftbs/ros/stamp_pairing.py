@@ -61,6 +61,7 @@ class StampPairing(Generic[T, P]):
         self._images: deque[tuple[int, T]] = deque()
         self._partners: deque[tuple[int, P]] = deque(maxlen=2 * waiting)
         self._last_ns: int | None = None
+        self._since_last = 0  # partners that came since the last image
 
     def begins_anew(self, stamp_ns: int) -> bool:
         """Return whether the stream begins anew with an image of this stamp."""
@@ -70,16 +71,18 @@ class StampPairing(Generic[T, P]):
         """Take an image, and yield the pairs that are known now."""
         if self.begins_anew(stamp_ns):
             yield from self.rest()
-            here = [partner for partner in self._partners if partner[0] - stamp_ns <= _RESTART_NS]
+            latest = list(self._partners)[max(len(self._partners) - self._since_last, 0) :]
             self._partners.clear()
-            self._partners.extend(here)  # those of the new time that came before the image
-        self._last_ns = stamp_ns
+            # Those of the new time that came before the image; others may have its very stamp.
+            self._partners.extend(partner for partner in latest if partner[0] - stamp_ns <= _RESTART_NS)
+        self._last_ns, self._since_last = stamp_ns, 0
         self._images.append((stamp_ns, image))
         yield from self._decided()
 
     def add_partner(self, stamp_ns: int, partner: P) -> Iterator[tuple[T, P | None]]:
         """Take a partner, and yield the pairs that are known now."""
         self._partners.append((stamp_ns, partner))
+        self._since_last += 1
         yield from self._decided()
 
     def rest(self) -> Iterator[tuple[T, P | None]]:

@@ -380,7 +380,7 @@ class RigResult:
         for track in self.tracks:
             seen = own.get(track.members[0] or 0)
             if seen is not None:
-                tracks.append(replace(seen.reversed() if track.backwards[0] else seen, id=track.id))
+                tracks.append((seen.reversed() if track.backwards[0] else seen)._with(id=track.id))
         stage_ms = {f"view {number}": one.total_ms for number, one in enumerate(self.views)}
         return replace(view, tracks=tuple(tracks), stage_ms={**stage_ms, **self.stage_ms})
 

@@ -145,7 +145,7 @@ def _is_covered(
 ) -> npt.NDArray[np.bool_]:
     """Return which samples of a track, as predicted, lie on any observation, or under what is known to hide them."""
     covered = lie_near(model.predicted, np.array([one.points for one in observations]), width)
-    known = view.look(model.predicted, model.width, model.curve_3d)
+    known = view.look(model.predicted, model.width, model.shape_3d)
     return covered if known is None else covered | (known == HIDDEN)
 
 

@@ -73,7 +73,7 @@ class TrackModel:
     detection : Detection or None
         The last frame's, in the track's direction.
     shape_3d : BSplineCurve or None
-        The curve in space when the whole object was last seen, or was as long as it is.
+        The curve in space when the whole object was last seen, or was as long as it is: it says what is hidden.
     camera : PinholeCamera or None
         The last one that `curve_3d` is in the frame of.
     belief : Belief
@@ -196,7 +196,7 @@ class TrackModel:
         is_known = not self.misses and bool(np.abs(points - self.points).max() <= JUMP_SHARE * self.length)
         self.motion.step(self.points, points, dt, is_known=is_known)
         self.curve, self.points = curve, points
-        told = view.look(points, self.width, self.curve_3d) if hidden else None
+        told = view.look(points, self.width, self.shape_3d) if hidden else None
         self.sight.see_part(hidden, inferred, told, self.length_widths, dt)
         self.visible = None
 
@@ -211,7 +211,7 @@ class TrackModel:
         self._move_in_space(duration)
         motion.decay(dt)
         # Of one that was seen too little, nothing is said to be hidden.
-        told = None if self.state is TrackState.TENTATIVE else view.look(self.points, self.width, self.curve_3d)
+        told = None if self.state is TrackState.TENTATIVE else view.look(self.points, self.width, self.shape_3d)
         self.sight.see_nothing(told, self.length_widths, dt)
         self.state = self.state if self.state is TrackState.TENTATIVE else TrackState.HIDDEN
         self.existence.add(MISSED_NATS)
@@ -230,7 +230,12 @@ class TrackModel:
             lateral = near * self.motion.velocity[0] / (self.camera.fx, self.camera.fy)
             velocity = np.array([[*lateral, 0.0]])
         if velocity is not None and velocity.any():
-            self.curve_3d = self.curve_3d.transformed(np.eye(3), seconds * velocity[0])
+            before, shift = self.curve_3d, seconds * velocity[0]
+            self.curve_3d = before.transformed(np.eye(3), shift)
+            if self.shape_3d is before:
+                self.shape_3d = self.curve_3d
+            elif self.shape_3d is not None:
+                self.shape_3d = self.shape_3d.transformed(np.eye(3), shift)
 
     def count_hit(self, log_odds: float) -> None:
         """Count a frame in which a part of the object was seen, with its log-odds, nats, that there is one."""

@@ -290,7 +290,8 @@ class Tracker:
             if track.curve_3d is None:
                 self._filters[track.id] = in_image, CurveFilter(lag)
             curve_3d = None if track.curve_3d is None else in_space(track.curve_3d, dt)
-            result.append(replace(track, curve=in_image(track.curve, dt), curve_3d=curve_3d))
+            smooth = replace(track, curve=in_image(track.curve, dt), curve_3d=curve_3d)
+            result.append(smooth._with(_fitted_parts=track._parts))
         return tuple(result)
 
 
