@@ -351,8 +351,8 @@ class BagSource(Source):
                 continue
             if raw.topic in clocks:
                 time_ns = self._time_ns(clocks[raw.topic], raw, header_ns)
-                is_known = header_ns is not None and self._are_masks_stamped
-                yield raw.topic, raw.stamp_ns, _Item(index, message, time_ns, header_ns if is_known else time_ns)
+                mask_ns = header_ns if self._are_masks_stamped and header_ns is not None else time_ns
+                yield raw.topic, raw.stamp_ns, _Item(index, message, time_ns, mask_ns)
             else:
                 maker.take_info(message)
 
