@@ -1,9 +1,11 @@
-"""Gaps over grounds of photographs: ends with caps that face each other, and cables that go on under a strip.
+"""Gaps over grounds of photographs: ends in plain sight, covers, sleeves, and cables that the mask leaves out.
 
 Run it in the repository with ``python -m benchmarks.pictured_gaps FOLDER``, where the folder holds photographs as
-``networks/ewd/*.jpg``, ``mbest/*/*.jpg`` and ``cables/*.jpg``. A cable is drawn over a part of one: it has a gap in
-which its ends, with caps of another colour or without, lie in plain sight, or which a strip of another photograph hides
-that is tinted. Printed is how often as many cables are found as there are, with the image and by the mask alone, and
+``networks/ewd/*.jpg``, ``mbest/*/*.jpg`` and ``cables/*.jpg``. A cable of 4 to 20 px is drawn over a part of one, half
+of them with a shadow and a third in nearly the colour of the ground. It has a gap of one of the `KINDS`: two ends in
+plain sight, with caps of another colour or without; the same, with a strip over one of them; a strip across it, of
+another photograph that is tinted or of one colour; the tip of such a strip; a sleeve of another colour; or the mask
+alone is broken. Printed is how often as many cables are found as there are, with the image and by the mask alone, and
 how often what is wrong with the image is stated above .9.
 """
 
@@ -22,21 +24,24 @@ import dloftbs
 from dloftbs import Frame
 
 GROUNDS = ("networks/ewd/*.jpg", "mbest/*/*.jpg", "cables/*.jpg")
-KINDS = ("ends in sight", "under a strip")
+KINDS = ("ends in sight", "ends by a strip", "under a strip", "under a tip", "under a sleeve", "mask broken")
+ENDS = KINDS[:2]
+"""Kinds that show two cables."""
 
 _SIZE = (480, 900)
 _NOISE = 3.0  # grey levels
 _SURE = 0.9
+_DULL, _NEAR = 0.3, 25.0  # share of cables in nearly the colour of their ground, and how near, grey levels
 
 _Image = npt.NDArray[np.uint8]
 _Points = npt.NDArray[np.float64]
 
 
 class Gap(NamedTuple):
-    """A frame with a gap, and the number of cables that it shows."""
+    """A frame with a gap, and points along the cables that it shows."""
 
     frame: Frame
-    cables: int
+    cables: tuple[_Points, ...]
 
 
 def main() -> None:
@@ -59,45 +64,84 @@ def main() -> None:
 def _read(gap: Gap) -> tuple[bool, bool, bool]:
     """Return whether the number of cables is right with the image, and by the mask alone; and if it is surely wrong."""
     found = dloftbs.detect(gap.frame).detections
-    is_right = len(found) == gap.cables
+    is_right = len(found) == len(gap.cables)
     is_sure = min((one.confidence for one in found), default=1.0) > _SURE
-    return is_right, len(dloftbs.detect(Frame(mask=gap.frame.mask))) == gap.cables, is_sure and not is_right
+    return is_right, len(dloftbs.detect(Frame(mask=gap.frame.mask))) == len(gap.cables), is_sure and not is_right
 
 
 def list_gaps(grounds: Sequence[Path], kind: str, seed: int, number: int) -> Iterator[Gap]:
     """Yield frames of one of the `KINDS`, with image and mask."""
     for index in range(number):
-        yield _draw(np.random.default_rng((seed, index)), grounds, are_ends=kind == KINDS[0])
+        yield _draw(np.random.default_rng((seed, index, KINDS.index(kind))), grounds, kind)
 
 
-def _draw(rng: np.random.Generator, grounds: Sequence[Path], *, are_ends: bool) -> Gap:
+def _draw(rng: np.random.Generator, grounds: Sequence[Path], kind: str) -> Gap:
     height, across_px = _SIZE
     image, mask = _patch(rng, grounds), np.zeros(_SIZE, np.uint8)
-    width, colour = int(rng.integers(8, 20)), _colour(rng)
+    is_thin, colour = bool(rng.random() < 0.5), _colour(rng)
+    if rng.random() < _DULL:
+        colour = tuple(np.clip(image.mean(axis=(0, 1)) + rng.normal(0.0, _NEAR, 3), 0.0, 255.0).tolist())
+    width = int(rng.integers(4, 8) if is_thin else rng.integers(8, 20))
     x = np.arange(40.0, across_px - 40.0)
     wave = rng.uniform(20.0, 70.0) * np.sin(x / rng.uniform(90.0, 200.0) + rng.uniform(0.0, 6.0))
     curve = np.column_stack((x, 0.5 * height + wave))
-    middle, gap = rng.uniform(300.0, 600.0), rng.uniform(2.5, 9.0) * width
-    if are_ends:
-        left, right = curve[x < middle - 0.5 * gap], curve[x > middle + 0.5 * gap]
+    middle, gap = rng.uniform(300.0, 600.0), rng.uniform(25.0, 90.0) if is_thin else rng.uniform(2.5, 9.0) * width
+    cables: tuple[_Points, ...] = (curve,)
+    in_sight = 1.5 * width + 6.0
+    if kind == "ends by a strip":
+        gap = max(gap, 2.0 * in_sight)
+    if kind in ENDS:
+        cables = curve[x < middle - 0.5 * gap], curve[x > middle + 0.5 * gap]
+    if rng.random() < 0.5:
+        _cast_shadow(image, cables, np.array([rng.uniform(-0.5, 0.5), rng.uniform(0.2, 0.8)]) * width, width)
+    for one in cables:
+        _stroke(image, one, colour, width)
+        _stroke(mask, one, (255,), width)
+    if kind == "ends in sight":
         cap, of_caps = int(rng.choice([0.0, 1.5, 2.5]) * width), _colour(rng)
-        for one in (left, right):
-            _stroke(image, one, colour, width)
-            _stroke(mask, one, (255,), width)
-        for one in (left[-cap:], right[:cap]) if cap else ():
+        for one in (cables[0][-cap:], cables[1][:cap]) if cap else ():
             _stroke(image, one, of_caps, width)
             _stroke(mask, one, (0,), width + 2)
+    elif kind == "mask broken":
+        mask[:, np.abs(np.arange(across_px) - middle) < 0.5 * gap] = 0
     else:
-        _stroke(image, curve, colour, width)
-        _stroke(mask, curve, (255,), width)
-        row, column = np.mgrid[:height, :across_px]
-        turn, at = rng.uniform(-0.5, 0.5), float(np.interp(middle, x, curve[:, 1]))
-        strip = np.abs((column - middle) * np.cos(turn) + (row - at) * np.sin(turn)) < 0.5 * gap
-        image[strip] = (0.5 * _patch(rng, grounds) + 0.5 * np.array(_colour(rng)))[strip]
-        mask[strip] = 0
+        if kind == "ends by a strip":
+            share = rng.uniform(0.3, 1.0 - in_sight / gap)
+            middle, gap = middle + 0.5 * rng.choice([-1.0, 1.0]) * (1.0 - share) * gap, share * gap
+        cover = _cover(rng, curve, kind, middle, gap, width)
+        paint = np.broadcast_to(_colour(rng), image.shape)
+        if kind != "under a sleeve" and rng.random() < 0.5:
+            paint = 0.5 * _patch(rng, grounds) + 0.5 * paint
+        image[cover], mask[cover] = paint[cover], 0
     seen = cv2.GaussianBlur(image, (0, 0), 0.7) + rng.normal(0.0, _NOISE, image.shape)
-    frame = Frame(mask=mask > 127, image=np.clip(seen, 0.0, 255.0).astype(np.uint8))
-    return Gap(frame, 2 if are_ends else 1)
+    return Gap(Frame(mask=mask > 127, image=np.clip(seen, 0.0, 255.0).astype(np.uint8)), cables)
+
+
+def _cover(
+    rng: np.random.Generator, curve: _Points, kind: str, middle: float, gap: float, width: int
+) -> npt.NDArray[np.bool_]:
+    """Return the pixels that a sleeve, a strip or the tip of one covers."""
+    if kind == "under a sleeve":
+        band = np.zeros(_SIZE, np.uint8)
+        _stroke(band, curve[np.abs(curve[:, 0] - middle) < 0.5 * gap], (255,), int(rng.uniform(1.0, 1.6) * width))
+        return band > 0
+    row, column = np.mgrid[: _SIZE[0], : _SIZE[1]]
+    turn, at = rng.uniform(-1.0, 1.0), float(np.interp(middle, *curve.T))
+    across, down = column - middle, row - at
+    strip = np.abs(across * np.cos(turn) + down * np.sin(turn)) < 0.5 * gap
+    if kind == "under a tip":
+        beyond = rng.choice([-1.0, 1.0]) * (down * np.cos(turn) - across * np.sin(turn))
+        strip &= beyond < rng.uniform(0.7, 2.0) * width
+    return np.asarray(strip)
+
+
+def _cast_shadow(image: _Image, cables: Sequence[_Points], shift: _Points, width: int) -> None:
+    """Halve the light, at most, beside some cables."""
+    shadow = np.zeros(_SIZE, np.uint8)
+    for one in cables:
+        _stroke(shadow, one + shift, (255,), width)
+    dark = cv2.GaussianBlur(shadow, (0, 0), 0.3 * width) / 255.0
+    image[:] = (image * (1.0 - 0.5 * dark[..., None])).astype(np.uint8)
 
 
 def _patch(rng: np.random.Generator, grounds: Sequence[Path]) -> _Image:

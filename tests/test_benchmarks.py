@@ -42,16 +42,16 @@ PAGE = DOCS / "maintainers" / "performance-details.md"
 BLOCKS = ("machine", "speed", "growth", "profile", "throughput", "recordings", "batch", "process")
 
 
-@pytest.mark.parametrize(("kind", "cables"), [("ends in sight", 2), ("under a strip", 1)])
-def test_a_gap_over_a_photograph_shows_its_cables_and_is_the_same_again(kind: str, cables: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", pictured_gaps.KINDS)
+def test_a_gap_over_a_photograph_shows_its_cables_and_is_the_same_again(kind: str, tmp_path: Path) -> None:
     ground = np.full((60, 90, 3), 180, np.uint8)
     cv2.imwrite(str(tmp_path / "ground.png"), ground)
     once, again = (next(pictured_gaps.list_gaps([tmp_path / "ground.png"], kind, 3, 1)) for _ in range(2))
-    assert once.cables == cables
+    assert len(once.cables) == (2 if kind in pictured_gaps.ENDS else 1)
     assert once.frame.mask is not None
     assert once.frame.image is not None
     count, _ = cv2.connectedComponents(once.frame.mask.astype(np.uint8))
-    assert count - 1 == 2  # both kinds have one gap
+    assert count - 1 in (2, 3)  # all kinds have one gap; a tip may leave a splinter
     assert (once.frame.image == again.frame.image).all()
 
 
