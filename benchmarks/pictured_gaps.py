@@ -32,6 +32,8 @@ _SIZE = (480, 900)
 _NOISE = 3.0  # grey levels
 _SURE = 0.9
 _DULL, _NEAR = 0.3, 25.0  # share of cables in nearly the colour of their ground, and how near, grey levels
+_GROUND_WIDTHS, _GROUND_PX = 1.5, 6.0  # of the ground in sight beside a strip, at least: the sum of both
+_MIN_STRIP = 0.3  # share of such a gap
 
 _Image = npt.NDArray[np.uint8]
 _Points = npt.NDArray[np.float64]
@@ -87,9 +89,12 @@ def _draw(rng: np.random.Generator, grounds: Sequence[Path], kind: str) -> Gap:
     curve = np.column_stack((x, 0.5 * height + wave))
     middle, gap = rng.uniform(300.0, 600.0), rng.uniform(25.0, 90.0) if is_thin else rng.uniform(2.5, 9.0) * width
     cables: tuple[_Points, ...] = (curve,)
-    in_sight = 1.5 * width + 6.0
+    covered = middle, gap
     if kind == "ends by a strip":
+        in_sight = _GROUND_WIDTHS * width + _GROUND_PX
         gap = max(gap, 2.0 * in_sight)
+        strip = rng.uniform(_MIN_STRIP, 1.0 - in_sight / gap) * gap
+        covered = middle + 0.5 * rng.choice([-1.0, 1.0]) * (gap - strip), strip
     if kind in ENDS:
         cables = curve[x < middle - 0.5 * gap], curve[x > middle + 0.5 * gap]
     if rng.random() < 0.5:
@@ -105,10 +110,7 @@ def _draw(rng: np.random.Generator, grounds: Sequence[Path], kind: str) -> Gap:
     elif kind == "mask broken":
         mask[:, np.abs(np.arange(across_px) - middle) < 0.5 * gap] = 0
     else:
-        if kind == "ends by a strip":
-            share = rng.uniform(0.3, 1.0 - in_sight / gap)
-            middle, gap = middle + 0.5 * rng.choice([-1.0, 1.0]) * (1.0 - share) * gap, share * gap
-        cover = _cover(rng, curve, kind, middle, gap, width)
+        cover = _cover(rng, curve, kind, *covered, width)
         paint = np.broadcast_to(_colour(rng), image.shape)
         if kind != "under a sleeve" and rng.random() < 0.5:
             paint = 0.5 * _patch(rng, grounds) + 0.5 * paint
