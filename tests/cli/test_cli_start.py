@@ -113,13 +113,13 @@ def test_warmup_says_what_it_did(monkeypatch, compiled, said):
 
 
 def test_compilation_is_announced_once(tmp_path):
-    # A cache of its own, empty, of which the kernels of segmentation alone are quick enough for a test.
+    # A cache of its own, empty; one kernel is quick enough for a test.
     code = (
         "from dloftbs.cli.shell import messages_to_stderr\n"
         "with messages_to_stderr():\n"
         "    import dloftbs.segmentation.kernels.colour_table\n"
         "    from dloftbs.kernels import compiler\n"
-        "    compiler.make_ready(['segmentation'])\n"
+        "    compiler.make_ready(['segmentation.kernels.colour_table'])\n"
     )
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
     done = subprocess.run(
