@@ -26,9 +26,11 @@ def twin(capsule: Body, camera: PinholeCamera) -> np.ndarray:
     rays = camera.deproject(pixels, np.ones(SIZE)).reshape(-1, 3)
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     places = capsule.points[0] + np.linspace(0.0, 1.0, 400)[:, None] * (capsule.points[-1] - capsule.points[0])
-    along = np.maximum(rays @ places.T, 0.01)
-    off = np.sqrt(np.maximum((places**2).sum(axis=1) - 2 * along * (rays @ places.T) + along**2, 0.0))
-    return (np.nan_to_num(off, nan=9.0).min(axis=1) <= capsule.radius_m).reshape(SIZE)
+    dots = rays @ places.T
+    along = np.maximum(dots, 0.01)
+    squared = (along * (along - 2.0 * dots) + (places**2).sum(axis=1)).min(axis=1)
+    off = np.sqrt(np.maximum(squared, 0.0))  # NaN where the lens has no ray
+    return (np.nan_to_num(off, nan=9.0) <= capsule.radius_m).reshape(SIZE)
 
 
 def check(found: np.ndarray, expected: np.ndarray) -> None:

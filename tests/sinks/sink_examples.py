@@ -15,8 +15,8 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import Track, TrackState
 
-MAX_FRAMES = 1000
-"""That are written where nothing goes wrong before: more than a megabyte as NPZ, the smallest kind."""
+MAX_FRAMES = 300
+"""That are written where nothing goes wrong before: 400 kB as NPZ, the smallest kind."""
 
 
 def curve(ndim: int = 2, n: int = 8, seed: int = 0) -> BSplineCurve:

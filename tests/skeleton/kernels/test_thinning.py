@@ -42,13 +42,15 @@ MAY_GO = np.array(
 def slow_skeleton(mask: np.ndarray, order: tuple[int, ...] = ORDER) -> np.ndarray:
     """Look at every pixel of the image in every turn, by what counting pieces says of its neighbourhood."""
     state = padded(mask)
-    before = state + 1  # at least one turn
-    while (state != before).any():
-        before = state.copy()
+    h, w = mask.shape
+    inner = state[1 : 1 + h, 1 : 1 + w]
+    around = [state[1 + dr : 1 + dr + h, 1 + dc : 1 + dc + w] for dr, dc in NEIGHBOURS]
+    before = inner + 1  # at least one turn
+    while (inner != before).any():
+        before = inner.copy()
         for side in order:
-            around = [np.roll(state, (-dr, -dc), (0, 1)) for dr, dc in NEIGHBOURS]
-            code = sum(neighbour.astype(int) << bit for bit, neighbour in enumerate(around))
-            state = state & ~((around[side] == 0) & MAY_GO[code]).astype(np.uint8)
+            code = sum(neighbour << bit for bit, neighbour in enumerate(around))
+            inner[(around[side] == 0) & MAY_GO[code]] = 0
     return state
 
 
