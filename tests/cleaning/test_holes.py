@@ -99,6 +99,7 @@ def test_bundles_are_filled_alike_however_they_are_turned(seed: int) -> None:
         np.testing.assert_array_equal(crop.oriented(crop.pixels), other.oriented(other.pixels))
 
 
+@pytest.mark.large
 def test_in_noise_nothing_is_looked_at() -> None:
     noise = (np.random.default_rng(0).random((1000, 1500)) < 0.9).astype(np.uint8)
     opened = cv2.morphologyEx(noise, cv2.MORPH_OPEN, AROUND)
@@ -190,6 +191,7 @@ def test_what_lies_elsewhere_does_not_matter() -> None:
     np.testing.assert_array_equal(found[1:-1, 501:-1], threads)
 
 
+@pytest.mark.large
 def test_what_is_longer_than_opencv_counts_stays_as_it_is() -> None:
     mask = np.zeros((20, 1 << 16), np.uint8)
     mask[4:16] = 1
@@ -209,7 +211,7 @@ def test_a_speck_within_a_highlight_does_not_keep_it_open() -> None:
 
 
 def test_the_mask_given_is_not_changed() -> None:
-    mask, _, _ = glossy(55, (1080, 1920))
+    mask, _, _ = glossy(28, (540, 960))
     before = np.pad(mask, 1)
     pixels = before.copy()
     found = fill_holes(pixels, find_narrow_ground(framed_bitmask(mask), *mask.shape, 0, 0), NOWHERE)

@@ -102,12 +102,12 @@ def test_a_long_branch_is_surer_and_a_joint_far_inside_another_branch_less_so():
     assert 0.8 < point.confidence < 1.0
 
 
-def test_loops_and_small_pieces_at_a_joint_are_no_error():
-    rng = np.random.default_rng(5)
-    for _ in range(40):
-        mask = np.zeros((120, 160), np.uint8)
-        for _ in range(6):
-            cv2.line(mask, *[tuple(map(int, rng.integers(10, 110, 2))) for _ in range(2)], 255, int(rng.integers(3, 9)))
-        mask[rng.random(mask.shape) < 0.01] ^= 255
-        for point in read(mask).branch_points:
-            assert len(point.members) >= 3
+@pytest.mark.parametrize("seed", range(40))
+def test_loops_and_small_pieces_at_a_joint_are_no_error(seed):
+    rng = np.random.default_rng(seed)
+    mask = np.zeros((120, 160), np.uint8)
+    for _ in range(6):
+        cv2.line(mask, *[tuple(map(int, rng.integers(10, 110, 2))) for _ in range(2)], 255, int(rng.integers(3, 9)))
+    mask[rng.random(mask.shape) < 0.01] ^= 255
+    for point in read(mask).branch_points:
+        assert len(point.members) >= 3
