@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import json
 import math
@@ -77,6 +78,7 @@ def check_intervals(name: str, intervals: Sequence[tuple[float, float]]) -> None
     assert all(a[1] <= b[0] for a, b in itertools.pairwise(intervals)), f"{name} overlap: {intervals}"
 
 
+@functools.lru_cache(maxsize=256)  # the same curve comes back from each repeat, and from track to track
 def check_curve(curve: BSplineCurve) -> None:
     """Check that a curve is finite everywhere and comes back from JSON as it was."""
     assert np.isfinite(curve.control_points).all(), "control points that are not finite"
@@ -176,9 +178,8 @@ def check_repeats(mask: np.ndarray, config: Config) -> FrameResult:
     return first
 
 
-def symmetries(mask: np.ndarray, config: Config) -> list[tuple[int, int, int]]:
-    """Return under which flips and transpositions the cleaned mask, cut to its box, looks the same."""
-    cleaned = Pipeline(config).trace(Frame(mask=mask)).cleaned
+def symmetries(cleaned: np.ndarray) -> list[tuple[int, int, int]]:
+    """Return under which flips and transpositions a cleaned mask, cut to its box, looks the same."""
     rows, columns = np.flatnonzero(cleaned.any(axis=1)), np.flatnonzero(cleaned.any(axis=0))
     if len(rows) == 0:
         return [(0, 0, 0)]
@@ -192,12 +193,14 @@ def check_turns(mask: np.ndarray, first: FrameResult, config: Config) -> None:
     A mask with a symmetry of its own may be read in any of the poses in which it looks the same; which one it is
     depends on the order in which it came, so that all are right.
     """
-    same = symmetries(mask, config)
+    cleaned = Pipeline(config).trace(Frame(mask=mask)).cleaned
+    same = symmetries(cleaned)
     if len(same) > 1:  # the image's border, at which no gap is bridged, need not have the mask's symmetries
         mask = np.pad(mask, min(mask.shape) // 2 + 3)
         first = Pipeline(config).detect(Frame(mask=mask))
-        same = symmetries(mask, config)
-    middle = _middle(mask, config)
+        cleaned = Pipeline(config).trace(Frame(mask=mask)).cleaned
+        same = symmetries(cleaned)
+    middle = _middle(cleaned)
     base = [d.curve.sample(40) for d in first.detections]
     allowed = [[_about(points, middle, how) for points in base] for how in same]
     for how in EIGHT_VERSIONS[1:]:
@@ -206,9 +209,9 @@ def check_turns(mask: np.ndarray, first: FrameResult, config: Config) -> None:
         assert any(_agree(found, curves) for curves in expected), f"turned by {how}, {_difference(found, expected[0])}"
 
 
-def _middle(mask: np.ndarray, config: Config) -> np.ndarray:
-    """Return the middle of the box of the cleaned mask, ``(x, y)``."""
-    rows, columns = np.nonzero(Pipeline(config).trace(Frame(mask=mask)).cleaned)
+def _middle(cleaned: np.ndarray) -> np.ndarray:
+    """Return the middle of the box of a cleaned mask, ``(x, y)``."""
+    rows, columns = np.nonzero(cleaned)
     if len(rows) == 0:
         return np.zeros(2)
     return np.array((columns.min() + columns.max(), rows.min() + rows.max())) / 2.0
