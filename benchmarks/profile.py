@@ -51,7 +51,7 @@ def main() -> None:
     parser = arguments(__doc__, "few frames, to see that it runs")
     parser.add_argument("--plot", type=Path, metavar="PNG", help="draw it")
     given = parser.parse_args()
-    frames = 20 if given.quick else 200
+    frames = 8 if given.quick else 200
     cv2.setNumThreads(1)
     stats = {}
     with published("profile", given.docs):

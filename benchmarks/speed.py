@@ -32,7 +32,7 @@ from dloftbs_lab.synthetic import TYPICAL_NOISE, rgbd_artificial
 def main() -> None:
     """Print the tables."""
     given = arguments(__doc__, "few rounds, to see that it runs").parse_args()
-    rounds = 20 if given.quick else 500
+    rounds = 4 if given.quick else 500
     cv2.setNumThreads(1)
     with published("machine", given.docs):
         print(machine())
@@ -42,7 +42,7 @@ def main() -> None:
             masks = [cables(count, seed) for seed in range(4)]
             swaying_ones = [partial(swaying, mask) for mask in masks]
             compare_pipeline(f"{count} cable{'s' * (count > 1)}", masks, swaying_ones, rounds)
-        films = [film(5, number, 10 if given.quick else 60) for number in range(4)]
+        films = [film(5, number, 4 if given.quick else 60) for number in range(4)]
         running = [partial(to_and_fro, masks) for masks in films]
         compare_pipeline("5 cables, freely moving", [masks[0] for masks in films], running, rounds)
         compare_segmentation(rounds)
@@ -77,7 +77,7 @@ def compare_pipeline(
         rounds,
     )
     # Lee's method is slow and even: fewer rounds, straight after.
-    times |= interleaved({"Lee": lambda: skeletonize(next(box), method="lee")}, max(rounds // 10, 4))
+    times |= interleaved({"Lee": lambda: skeletonize(next(box), method="lee")}, max(rounds // 10, 1))
     table = Table(title, {name: times[name] for name in ("Lee", "floor", "paper")}, times["tracked"])
     table.row("  mask to curves", times["alone"])
     table.row("  mask to tracked curves", times["tracked"])
