@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from dloftbs.evidence.kernels.end_references import sample_references
-from dloftbs.evidence.kernels.gap_pixels import lay_ways, look_across, measure_ways
+from dloftbs.evidence.kernels.gap_pixels import describe_pixels, lay_ways
 
 SIZE = (90, 120)
 COLOURS = np.array([(150, 160, 165), (40, 60, 190), (90, 140, 40)])
@@ -49,22 +49,12 @@ class Scene:
         self.ways = np.column_stack((tips, np.cos(angle), np.sin(angle)))
         self.pairs = rng.integers(0, len(self.ends), (3, 2))
 
-    def look(self) -> np.ndarray:
-        """Return how much of each way is ground, cable and neither, in widths."""
+    def describe(self) -> np.ndarray:
+        """Return what the image shows of each way."""
         ways, steps = lay_ways(self.ways, self.pairs, self.width)
-        told = np.zeros(ways.shape[:2], dtype=np.uint8)
-        look_across(
-            self.image,
-            self.mask,
-            self.pairs,
-            np.arange(len(self.pairs)),
-            ways,
-            steps,
-            *self.references(),
-            self.width,
-            told,
-        )
-        return measure_ways(self.ways, self.pairs, steps, told, self.width)
+        asked, told = np.arange(len(self.pairs)), np.zeros(ways.shape[:2], dtype=np.uint8)
+        known = self.references()
+        return describe_pixels(self.image, self.mask, self.pairs, asked, ways, steps, *known, self.width, told)
 
     def references(self) -> tuple[np.ndarray, ...]:
         return sample_references(self.image, self.mask, self.points, self.spans, self.ends, self.width)
@@ -88,12 +78,11 @@ class Scene:
         return True
 
 
-def literal_far(colour: np.ndarray, colours: np.ndarray) -> float:
-    return float(np.sort(np.linalg.norm(colours - colour, axis=1))[len(colours) // 6])
-
-
 def literal_spread(colours: np.ndarray) -> float:
-    return float(np.sort([literal_far(colour, colours) for colour in colours] or [0.0])[len(colours) // 6])
+    """Return the median distance of a colour from the nearest other one."""
+    if len(colours) < 2:
+        return 0.0
+    return float(np.median(np.sort(np.linalg.norm(colours[:, None] - colours, axis=2), axis=1)[:, 1]))
 
 
 def literal_references(scene: Scene, end: int) -> tuple[np.ndarray, np.ndarray]:
@@ -102,28 +91,16 @@ def literal_references(scene: Scene, end: int) -> tuple[np.ndarray, np.ndarray]:
     back = run if end % 2 == 0 else run[::-1]
     width = scene.width
     last = int(min(8.0 * width, len(back) - 1))
-    ground, cable = ([], []), []
+    ground, cable = [], []
     for k in range(24):
         at = int(2.0 * width + k * max(width, 1.0))
         if at >= last:
             break
-        x, y = back[at]
         way = back[min(at + max(int(width), 2), last)] - back[at]
-        cable.append(scene.colour_at(x, y))
-        normal = np.array([-way[1], way[0]]) / np.hypot(*way) * (width + 1.0)
-        for number, side in enumerate((-normal, normal)):
-            if scene.is_clear(*(back[at] + side)):
-                ground[number].append((k, scene.colour_at(*(back[at] + side))))
-    return literal_both_sides(ground), np.array([c for c in cable if c is not None]).reshape(-1, 3)
-
-
-def literal_both_sides(ground: tuple[list, list]) -> np.ndarray:
-    """Return the colours, in their order, that are near one on the other side; all if the other side has none."""
-    sides = [[(k, colour) for k, colour in found if colour is not None] for found in ground]
-    every = sorted(((k, side, colour) for side in (0, 1) for k, colour in sides[side]), key=lambda found: found[:2])
-    colours = np.array([colour for _, _, colour in every]).reshape(-1, 3)
-    if not all(sides):
-        return colours
-    alike = max(12.0, 4.0 * literal_spread(colours))
-    kept = [min(np.linalg.norm(colour - other) for _, other in sides[1 - side]) <= alike for _, side, colour in every]
-    return colours[np.array(kept)]
+        cable.append(scene.colour_at(*back[at]))
+        across = np.array([-way[1], way[0]]) / np.hypot(*way)
+        for aside in (-width - 1.0, width + 1.0, -2.0 * width - 1.0, 2.0 * width + 1.0):
+            if scene.is_clear(*(back[at] + aside * across)):
+                ground.append(scene.colour_at(*(back[at] + aside * across)))
+    of_ground, of_cable = (np.array([c for c in own if c is not None]).reshape(-1, 3) for own in (ground, cable))
+    return of_ground, of_cable

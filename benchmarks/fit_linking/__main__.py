@@ -49,6 +49,7 @@ COLUMNS = {
     "GAP_HIDDEN": "shown to be hidden across a gap, widths",
     "DEPTH_SWERVE": "swerve towards the camera or away from it, as a bend, rad²",
     "OTHER_COLOUR": "cables before both ends that differ clearly in colour",
+    "GAP_SEEN": "what the image says for a gap, nats",
     "OPEN_JUNCTION": "an end left open at a junction",
     "OPEN_KINK": "an end left open at a sharp turn",
     "OPEN_FREE": "a free end left open",
@@ -271,7 +272,7 @@ def report_confidence(claims: Sequence[Claim], lines: dict[str, Floats]) -> str:
     return _ON_CONFIDENCE.format(lines=said) + "\n".join(rows) + "\n"
 
 
-_MOSTLY_FITTED = "fitted, but `OTHER_COLOUR` is counted (docs/linking-rules.md)"
+_MOSTLY_FITTED = "fitted, `OTHER_COLOUR` counted, `GAP_SEEN` by definition"
 """Source of the weights of joints."""
 
 

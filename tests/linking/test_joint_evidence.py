@@ -12,6 +12,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.graph import FREE
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
+from dloftbs.linking.kernels.pixel_weights import PIXELS
 from dloftbs.linking.kernels.weights import JOINT
 from dloftbs.pipeline import Pipeline
 
@@ -34,8 +35,8 @@ class Depths:
     def differ_in_colour(self, pairs: np.ndarray) -> np.ndarray:
         return np.zeros(len(pairs), dtype=bool)
 
-    def across(self, pairs: np.ndarray) -> np.ndarray:
-        return np.zeros((len(pairs), 3))
+    def across(self, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.zeros((len(pairs), 3)), np.zeros((len(pairs), len(PIXELS)))
 
 
 def swerve_of(depth: float, shared_depth: float, shared: bool) -> float:

@@ -20,9 +20,9 @@ from dloftbs.evidence.kernels.end_labels import label_ends
 from dloftbs.evidence.kernels.end_references import sample_cables, sample_references
 from dloftbs.evidence.kernels.gap_depths import DEPTH_NOISE_PER_M, judge_ways, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import (
+    describe_pixels,
     lay_ways,
     list_unknown,
-    look_across,
     mark_covered,
     mark_probable,
     measure_ways,
@@ -208,7 +208,7 @@ class EndEvidence:
         signs: FloatArray = np.where(one == other, 1.0, -1.0) * ((one > 0) & (other > 0))
         return signs
 
-    def across(self, pairs: _Ints) -> FloatArray:
+    def across(self, pairs: _Ints) -> tuple[FloatArray, FloatArray]:
         """Return what lies between pairs of ends.
 
         Parameters
@@ -217,11 +217,14 @@ class EndEvidence:
 
         Returns
         -------
-        numpy.ndarray, shape (k, 3)
-            How much of each way is the ground beside the cables, a cable, and neither, in widths.
+        seen : numpy.ndarray, shape (k, 3)
+            How much of each way is known to be the ground beside the cables, a cable, and neither, in widths.
+        pixels : numpy.ndarray, shape (k, 3)
+            What the image shows of the rest, as `describe_pixels` returns it; 0 without an image.
         """
+        pixels: FloatArray = np.zeros((len(pairs), 3))
         if len(pairs) == 0:
-            return np.zeros((0, 3))
+            return np.zeros((0, 3)), pixels
         frame, width = self.frame, self.width
         ways, steps = lay_ways(self._states, pairs, width)
         told: npt.NDArray[np.uint8] = np.zeros((len(pairs), ways.shape[1]), dtype=np.uint8)
@@ -237,8 +240,8 @@ class EndEvidence:
             if len(asked):
                 image = frame.image[self._window]
                 colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)
-                look_across(image, self._mask, numbers, asked, ways, steps, *colours, width, told)
-        return measure_ways(self._states, pairs, steps, told, width)
+                pixels[asked] = describe_pixels(image, self._mask, numbers, asked, ways, steps, *colours, width, told)
+        return measure_ways(self._states, pairs, steps, told, width), pixels
 
     @cached_property
     def _labels(self) -> _Ints:

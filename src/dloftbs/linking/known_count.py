@@ -10,6 +10,7 @@ from dloftbs.evidence import EndEvidence
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels.joint_features import GAP_HIDDEN, GAP_LENGTH, GAP_ROUND, describe_pairs, prices
 from dloftbs.linking.kernels.path_cover import cover
+from dloftbs.linking.kernels.pixel_weights import MAX_SEEN
 from dloftbs.linking.kernels.weights import JOINT
 from dloftbs.linking.matched_ends import EndMatching
 
@@ -97,7 +98,7 @@ def _list_pairs(
     joints = describe_pairs(states, ends[pairs], nodes, roundness, width)
     extra = prices(joints, JOINT) - open_cost[ends[pairs]].sum(axis=1)
     if evidence is not None:  # at best it shows that a gap is hidden all along
-        extra += JOINT[GAP_HIDDEN] * joints[:, GAP_LENGTH] - JOINT[GAP_ROUND] * joints[:, GAP_ROUND]
+        extra += JOINT[GAP_HIDDEN] * joints[:, GAP_LENGTH] - JOINT[GAP_ROUND] * joints[:, GAP_ROUND] - MAX_SEEN
     kept = np.sort(np.argsort(extra, kind="stable")[:_MAX_PAIRS])
     pairs, joints = pairs[kept], joints[kept]
     own = ends[pairs]

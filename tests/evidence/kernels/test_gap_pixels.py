@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from gap_scenes import Scene, literal_far, literal_references, literal_spread
+from gap_scenes import Scene, literal_references, literal_spread
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
@@ -11,6 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 from dloftbs.evidence.kernels.gap_pixels import (
     IS_CABLE,
     IS_NEITHER,
+    describe_pixels,
     lay_ways,
     list_unknown,
     mark_probable,
@@ -19,80 +20,51 @@ from dloftbs.evidence.kernels.gap_pixels import (
 seeds = st.integers(0, 2**31)
 
 
-def literal_keep(beside: list[np.ndarray | None], ground: np.ndarray, alike: float) -> list[np.ndarray | None]:
-    """Keep samples like ground; then, forwards and backwards, those like the nearest kept one that was passed."""
-    kept = [colour is not None and literal_far(colour, ground) <= alike for colour in beside]
-    for order in (range(len(beside)), reversed(range(len(beside)))):
-        passed = None
-        for k in order:
-            colour = beside[k]
-            if colour is None:
-                continue
-            kept[k] = kept[k] or (passed is not None and bool(np.linalg.norm(colour - passed) <= alike))
-            passed = colour if kept[k] else passed
-    return [colour if keep else None for colour, keep in zip(beside, kept, strict=True)]
-
-
-def literal_other_light(colour: np.ndarray, grounds: np.ndarray) -> bool:
-    """Return True if a colour is that of some ground, darker or brighter."""
-    share = grounds @ colour / (grounds**2).sum(axis=1)
-    away = np.linalg.norm(colour - share[:, None] * grounds, axis=1)
-    return bool(((share >= 0.35) & (share <= 1.0 / 0.35) & (away <= 12.0 * np.maximum(share, 1.0))).any())
-
-
-def literal_look(scene: Scene, i: int, j: int) -> list[float]:
-    """Return how much of one way is ground, cable and neither, in widths."""
+def literal_description(scene: Scene, i: int, j: int) -> list[float]:
+    """Return what an image shows of one way."""
     ground, cable = zip(*(literal_references(scene, int(scene.ends[e])) for e in (i, j)), strict=True)
-    if sum(map(len, ground)) < 6 or min(map(len, cable)) == 0:
-        return [0.0, 0.0, 0.0]
-    like_ground = max(12.0, *(4.0 * literal_spread(colours) for colours in ground))
-    like_cable = max(12.0, *(4.0 * literal_spread(colours) for colours in cable))
     grounds, cables = np.concatenate(ground), np.concatenate(cable)
     (ax, ay, adx, ady), (bx, by, bdx, bdy) = scene.ways[i], scene.ways[j]
     length = float(np.hypot(bx - ax, by - ay))
     steps = min(max(int(length / max(0.5 * scene.width, 1.0)), 2), 24)
     # The second end's direction points out of its run, so the way comes in against it.
     way = CubicHermiteSpline([0.0, 1.0], [(ax, ay), (bx, by)], np.array([(adx, ady), (-bdx, -bdy)]) * length)
-    seen = [0.0, 0.0, 0.0]
-    beside = []
-    for side in (-1.0, 1.0):
-        colours = []
-        for t in np.linspace(0.0, 1.0, steps + 1):
-            dx, dy = way(t, 1) / max(float(np.hypot(*way(t, 1))), 1e-9)
-            x, y = way(t) + side * (scene.width + 1.0) * np.array([-dy, dx])
-            colours.append(scene.colour_at(x, y) if scene.is_clear(x, y) else None)
-        beside.append(literal_keep(colours, grounds, like_ground))
-    for k in range(1, steps):
-        x, y = way(k / steps)
-        colour = scene.colour_at(x, y)
-        if colour is None or not scene.is_clear(x, y):
-            continue
-        to_ground, to_cable = literal_far(colour, grounds), literal_far(colour, cables)
-        to_ground = min([to_ground, *(np.linalg.norm(colour - side[k]) for side in beside if side[k] is not None)])
-        is_ground, is_cable = to_ground <= like_ground, to_cable <= like_cable
-        if is_ground and is_cable:
-            is_ground, is_cable = to_ground < to_cable, to_cable < to_ground
-            if not is_ground and not is_cable:
-                continue
-        if is_ground or is_cable or not literal_other_light(colour, grounds):
-            seen[0 if is_ground else 1 if is_cable else 2] += length / steps / scene.width
-    return seen
+    clear = [t for t in np.arange(1, steps) / steps if scene.is_clear(*way(t))]
+    colours = [(t, scene.colour_at(*way(t))) for t in clear if scene.colour_at(*way(t)) is not None]
+    if len(grounds) == 0 or len(cables) == 0 or not colours:
+        return [0.0, 0.0, 0.0]
+    light = np.median(ground[1], axis=0) - np.median(ground[0], axis=0) if min(map(len, ground)) > 0 else np.zeros(3)
+    deviation = 4.0 + 2.0 * np.average([literal_spread(own) for own in ground], weights=[len(own) for own in ground])
+    most = -np.inf
+    for t, colour in colours:
+        as_lit = np.concatenate((ground[0] + t * light, ground[1] - (1.0 - t) * light))
+        as_ground = 0.5 * (literal_share(colour, grounds, deviation) + literal_share(colour, as_lit, deviation))
+        most = max(most, np.log(as_ground / literal_share(colour, cables, deviation)))
+    return (len(colours) / len(clear) * np.array([1.0, most, max(most, 0.0) ** 2])).tolist()
+
+
+def literal_share(colour: np.ndarray, samples: np.ndarray, deviation: float) -> float:
+    """Return what share of some samples, and of one that is like anything, a colour is like."""
+    away = np.linalg.norm(colour - samples, axis=1) / deviation
+    return float((1.0 + np.exp(-0.5 * away[away < 6.0] ** 2).sum()) / (1.0 + len(samples)))
 
 
 @given(seeds)
-def test_the_lengths_across_are_those_of_the_literal_twin(seed: int) -> None:
+def test_the_description_is_that_of_the_literal_twin(seed: int) -> None:
     scene = Scene(seed)
-    found = scene.look()
-    np.testing.assert_allclose(found, [literal_look(scene, *pair) for pair in scene.pairs.tolist()])
+    expected = [literal_description(scene, *pair) for pair in scene.pairs.tolist()]
+    np.testing.assert_allclose(scene.describe(), expected, rtol=1e-9, atol=1e-12)
 
 
 @given(seeds)
-def test_no_more_is_seen_than_the_way_is_long(seed: int) -> None:
+def test_places_that_are_known_are_not_looked_at(seed: int) -> None:
     scene = Scene(seed)
-    seen = scene.look()
-    straight = np.hypot(*(scene.ways[scene.pairs[:, 0], :2] - scene.ways[scene.pairs[:, 1], :2]).T) / scene.width
-    assert (seen >= 0.0).all()
-    assert (seen.sum(axis=1) <= straight + 1e-9).all()
+    ways, steps = lay_ways(scene.ways, scene.pairs, scene.width)
+    known = np.ones(ways.shape[:2], np.uint8)
+    found = describe_pixels(
+        scene.image, scene.mask, scene.pairs, np.arange(3), ways, steps, *scene.references(), scene.width, known
+    )
+    assert (found == 0.0).all()
 
 
 @given(seeds)

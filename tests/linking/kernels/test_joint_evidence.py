@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.linking.kernels.joint_evidence import describe_seen, list_gaps
-from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND
+from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND, GAP_SEEN
+from dloftbs.linking.kernels.pixel_weights import IN_SIGHT
 from dloftbs.linking.kernels.weights import JOINT
 
 WIDTH = 6.0
@@ -39,17 +40,19 @@ def test_what_is_seen_is_written_and_a_hidden_end_has_any_shape(seed: int) -> No
     nodes, ids, pairs, _ = random_ends(rng)
     gaps, lengths = list_gaps(nodes, rng.uniform(0.0, 60.0, (len(ids), 6)), pairs)
     seen = rng.uniform(0.0, 6.0, (len(gaps), 3)) * rng.integers(0, 2, (len(gaps), 3))
+    log_odds = rng.uniform(-9.0, 9.0, len(gaps)) * rng.integers(0, 2, len(gaps))
     roundness, joints = rng.uniform(0.0, 1.0, len(ids)), rng.uniform(0.0, 1.0, (len(pairs), len(JOINT)))
     expected, covered = joints.copy(), np.zeros(len(ids))
-    for k, (ground, cable, neither) in zip(gaps.tolist(), seen.tolist(), strict=True):
+    for k, (ground, cable, neither), shown in zip(gaps.tolist(), seen.tolist(), log_odds.tolist(), strict=True):
         length = max(lengths[k] / WIDTH, 1e-9)
         ground = ground if ground >= 0.15 * length else 0.0
         hidden = min(cable + neither, length)
         expected[k, GAP_GROUND], expected[k, GAP_HIDDEN] = min(ground, 0.5), hidden
+        expected[k, GAP_SEEN] = -np.log(IN_SIGHT * np.exp(-shown) + 1.0 - IN_SIGHT)
         for end in pairs[k]:
-            covered[end] = max(covered[end], (hidden - ground) / length)
+            covered[end] = max(covered[end], (hidden - ground) / length, 2.0 / (1.0 + np.exp(-shown)) - 1.0)
     for k, pair in enumerate(pairs):
         left = (roundness[pair] * (1.0 - covered[pair])).sum()
         expected[k, GAP_ROUND] *= left / max(roundness[pair].sum(), 1e-9)
-    describe_seen(seen, gaps, lengths, pairs, roundness, WIDTH, joints)
-    np.testing.assert_allclose(joints, expected, rtol=1e-12)
+    describe_seen(seen, log_odds, gaps, lengths, pairs, roundness, WIDTH, joints)
+    np.testing.assert_allclose(joints, expected, rtol=1e-9)

@@ -8,8 +8,13 @@ import numpy as np
 import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.evidence.kernels.colours import AGREE
 from dloftbs.kernels.compiler import helper, kernel, read
+
+_AGREE = 6
+"""One in this number of the samples of a cable may be like any other colour.
+
+Source: by hand; samples beside an end may show what hides the cable.
+"""
 
 _OTHER_HUE_COSINE = 0.966
 """Cosine of the angle of two colours, as vectors of channels, below which they are of different objects.
@@ -45,11 +50,11 @@ def _differ(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> bool:
 
 @helper
 def _are_unlike(colour: npt.NDArray[np.float64], samples: npt.NDArray[np.float64]) -> bool:
-    """Return whether a colour differs clearly from all samples but one in `AGREE`."""
+    """Return whether a colour differs clearly from all samples but one in `_AGREE`."""
     alike = 0
     for k in range(len(samples)):
         alike += not _differ(colour, samples[k])
-    return alike * AGREE <= len(samples)
+    return alike * _AGREE <= len(samples)
 
 
 @helper

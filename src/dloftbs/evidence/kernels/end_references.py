@@ -7,22 +7,22 @@ import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.evidence.kernels.colours import (
-    AGREE,
-    BESIDE_WIDTHS,
     BLOCK_WIDTHS,
     CLEAR_PX,
     CLEAR_WIDTHS,
-    FLOOR,
-    LENIENT,
     block_mean,
     colour_distance,
     is_on_mask,
-    spread_of,
 )
 from dloftbs.kernels.compiler import helper, kernel, read
-from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.graph_ends import branch_of, inward
-from dloftbs.kernels.shared.selection import median_of, nth_least
+from dloftbs.kernels.shared.selection import median_of
+
+_SIDES = (-1.0, 1.0, -2.0, 2.0)
+"""Distances across from a cable's axis to the samples of the ground, widths; `CLEAR_PX` is added.
+
+Source: geometry; half a width beyond the edge, and beyond the cable's shadow.
+"""
 
 BACK_WIDTHS = 2.0
 """Distance before a cable's end at which its reference samples start, widths.
@@ -95,46 +95,6 @@ def place_before(
     return i, points[here, 0], points[here, 1], dx, dy
 
 
-@helper
-def _keep_agreeing(ground: npt.NDArray[np.float64], sides: npt.NDArray[np.float64]) -> tuple[int, float]:
-    """Move the samples that look like one on the other side of the cable to the front.
-
-    What lies on one side alone may be what hides the cable, or the cable's shadow. Where one side has no samples, all
-    are kept.
-
-    Returns
-    -------
-    int
-        Their number.
-    float
-        How far apart they are, as `spread_of` shows it.
-    """
-    count, agreeing = len(ground), 0
-    if count == 0:
-        return 0, 0.0
-    apart, row, away = np.empty((count, count)), np.empty(count), np.empty(count)
-    one_sided = True
-    for k in range(count):
-        one_sided = one_sided and sides[k] == sides[0]
-        for m in range(k + 1):
-            apart[k, m] = apart[m, k] = colour_distance(ground[k], ground[m])
-    for k in range(count):
-        copy_to(row, apart[k])
-        away[k] = nth_least(row, count // AGREE)
-    spread = nth_least(away, count // AGREE)
-    if one_sided:
-        return count, spread
-    alike = max(FLOOR, LENIENT * spread)
-    for k in range(count):
-        agrees = False
-        for m in range(count):
-            agrees = agrees or (sides[k] != sides[m] and apart[k, m] <= alike)
-        if agrees:
-            copy_to(ground[agreeing], ground[k])
-            agreeing += 1
-    return agreeing, spread if agreeing == count else spread_of(ground[:agreeing])
-
-
 @kernel(read(uint8, 3), read(float64, 2), read(int64, 2), read(int64, 1), float64)
 def sample_cables(
     image: npt.NDArray[np.uint8],
@@ -195,10 +155,9 @@ def sample_references(
     npt.NDArray[np.float64],
     npt.NDArray[np.int64],
     npt.NDArray[np.float64],
+    npt.NDArray[np.float64],
 ]:
-    """Sample what cables, and the ground beside them, look like before their ends.
-
-    Ground is what lies on both sides of a cable.
+    """Sample what cables, and the ground on both sides of them, look like before their ends.
 
     Parameters
     ----------
@@ -220,31 +179,39 @@ def sample_references(
         Number of samples of each.
     cable : (e, l, 3) float64
     cables : (e,) int64
-    spread : (e, 2) float64
-        Distance between the colours of the ground, and between those of the cable.
+    middle : (e, 3) float64
+        Median of each channel of the ground; 0 without samples.
+    spread : (e,) float64
+        Median distance of a sample of the ground from the nearest other, grey levels; 0 without two.
     """
     half = int(BLOCK_WIDTHS * width)
     clear = CLEAR_WIDTHS * width + CLEAR_PX
-    ground = np.empty((len(ends), 2 * _MAX_SAMPLES, 3))
+    ground = np.empty((len(ends), len(_SIDES) * _MAX_SAMPLES, 3))
     cable = np.empty((len(ends), _MAX_SAMPLES, 3))
-    spread = np.zeros((len(ends), 2))
     grounds, cables = np.zeros(len(ends), dtype=np.int64), np.zeros(len(ends), dtype=np.int64)
-    sides = np.empty(2 * _MAX_SAMPLES)
+    middle, spread = np.zeros((len(ends), 3)), np.zeros(len(ends))
     for e in range(len(ends)):
         for k in range(_MAX_SAMPLES):
             at, x, y, dx, dy = place_before(points, spans, ends[e], BACK_WIDTHS * width, k, width)
             if at < 0:
                 break
-            if block_mean(image, x, y, half, cable[e, cables[e]]):
-                cables[e] += 1
+            cables[e] += block_mean(image, x, y, half, cable[e, cables[e]])
             if dx == 0.0 and dy == 0.0:
                 continue
-            for side in (-1.0, 1.0):
-                aside = side * (BESIDE_WIDTHS * width + CLEAR_PX)
+            for side in _SIDES:
+                aside = side * width + np.sign(side) * CLEAR_PX
                 gx, gy = x - aside * dy, y + aside * dx
-                if not is_on_mask(mask, gx, gy, clear) and block_mean(image, gx, gy, half, ground[e, grounds[e]]):
-                    sides[grounds[e]] = side
-                    grounds[e] += 1
-        grounds[e], spread[e, 0] = _keep_agreeing(ground[e, : grounds[e]], sides[: grounds[e]])
-        spread[e, 1] = spread_of(cable[e, : cables[e]])
-    return ground, grounds, cable, cables, spread
+                if not is_on_mask(mask, gx, gy, clear):
+                    grounds[e] += block_mean(image, gx, gy, half, ground[e, grounds[e]])
+        own = ground[e, : grounds[e]]
+        if len(own) > 0:
+            for c in range(3):
+                middle[e, c] = median_of(own[:, c])
+        if len(own) > 1:
+            nearest = np.full(len(own), np.inf)
+            for k in range(len(own)):
+                for m in range(len(own)):
+                    if m != k:
+                        nearest[k] = min(nearest[k], colour_distance(own[k], own[m]))
+            spread[e] = median_of(nearest)
+    return ground, grounds, cable, cables, middle, spread

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, float32, float64, int64, uint8, uint16
 
-from dloftbs.evidence.kernels.colours import BESIDE_WIDTHS, BLOCK_WIDTHS
+from dloftbs.evidence.kernels.colours import BLOCK_WIDTHS
 from dloftbs.evidence.kernels.end_references import BACK_WIDTHS, place_before
 from dloftbs.evidence.kernels.gap_pixels import IS_CABLE, IS_GROUND, IS_NEITHER
 from dloftbs.kernels.compiler import helper, kernel, read, write
@@ -30,6 +30,12 @@ DEPTH_NOISE_PER_M = 0.012
 """The same difference in addition, metres at a distance of one, growing with its square.
 
 Source: geometry; three standard deviations of a depth camera, 4e-3 z^2.
+"""
+
+_BESIDE_WIDTHS = 1.0
+"""Distance from the axis to the samples of the ground beside a cable, widths.
+
+Source: geometry; half a width beyond the edge.
 """
 
 _MIN_DEPTHS = 5
@@ -184,7 +190,7 @@ def sample_depths(
         the places' depths scatter about the line, as a standard deviation, m. NaN where they are not known.
     """
     known = np.full((len(free), 5), np.nan)
-    reach, aside = max(BLOCK_WIDTHS * width, 1.0), BESIDE_WIDTHS * width + EDGE_PX
+    reach, aside = max(BLOCK_WIDTHS * width, 1.0), _BESIDE_WIDTHS * width + EDGE_PX
     depths, at, heights = np.empty(_SAMPLES), np.empty(_SAMPLES), np.empty(2 * _SAMPLES)
     slopes = np.empty(_SAMPLES * (_SAMPLES - 1) // 2)
     places, counts = np.empty((_SAMPLES, 5)), np.empty((_SAMPLES, 3, 9), dtype=np.float32)
@@ -273,7 +279,7 @@ def judge_ways(
     told : (k, s) uint8
         `IS_GROUND`, `IS_CABLE` or `IS_NEITHER`, written where depth decides.
     """
-    reach, aside = max(BLOCK_WIDTHS * width, 1.0), BESIDE_WIDTHS * width + EDGE_PX
+    reach, aside = max(BLOCK_WIDTHS * width, 1.0), _BESIDE_WIDTHS * width + EDGE_PX
     counts, nine = np.empty((ways.shape[1], 3, 9), dtype=np.float32), np.empty(9)
     for p in range(len(pairs)):
         one, other = known[pairs[p, 0]], known[pairs[p, 1]]

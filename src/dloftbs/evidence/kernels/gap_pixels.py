@@ -1,28 +1,22 @@
-"""Ways from one end to another, and what an image shows there: ground, cable, or neither."""
+"""Ways from one end to another, and what is seen there."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.evidence.kernels.colours import (
-    BESIDE_WIDTHS,
     BLOCK_WIDTHS,
     CLEAR_PX,
     CLEAR_WIDTHS,
-    FLOOR,
-    LENIENT,
-    MIN_REFERENCES,
     block_mean,
     colour_distance,
-    distance_of_one_in,
-    is_in_other_light,
-    is_like,
     is_on_mask,
 )
 from dloftbs.kernels.compiler import helper, kernel, read, write
-from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y
 from dloftbs.kernels.shared.soft_masks import LEAST_PROBABLE, ridge_at
 
@@ -36,6 +30,18 @@ _STEP_WIDTHS = 0.5
 """Distance between two samples along a gap, widths.
 
 Source: by hand; squares of `BLOCK_WIDTHS` barely leave a gap at this distance.
+"""
+
+_NOISE = 4.0
+"""Standard deviation of a colour that is seen twice, grey levels, besides what samples of the ground show.
+
+Source: by hand; the noise of a camera's 8-bit image.
+"""
+
+_FAR = 6.0
+"""Number of standard deviations from which on a colour is not like a sample.
+
+Source: geometry; of what is farther, ten thousand samples count less than a thousandth of one.
 """
 
 _MAX_SAMPLES = 24
@@ -61,38 +67,14 @@ def _along(states: npt.NDArray[np.float64], i: int, j: int, t: float, place: npt
 
 
 @helper
-def _keep_ground(
-    beside: npt.NDArray[np.float64],
-    is_there: npt.NDArray[np.bool_],
-    ground: npt.NDArray[np.float64],
-    alike: float,
-) -> None:
-    """Keep of the samples beside a gap those that look like ground, or like kept ones before or behind them.
-
-    So the ground may change on the way, if it does so gradually; where something lies on it, it does not.
-    """
-    count = len(beside)
-    kept = np.zeros(count, dtype=np.bool_)
-    for backwards in range(2):
-        last = -1
-        for n in range(count):
-            k = count - 1 - n if backwards == 1 else n
-            if not is_there[k]:
-                continue
-            kept[k] = kept[k] or is_like(beside[k], ground, alike)
-            kept[k] = kept[k] or (last >= 0 and colour_distance(beside[k], beside[last]) <= alike)
-            if kept[k]:
-                last = k
-    copy_to(is_there, kept)
-
-
-@helper
-def _together(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the colours of both."""
-    both = np.empty((len(one) + len(other), 3))
-    copy_rows_to(both, one)
-    copy_rows_to(both[len(one) :], other)
-    return both
+def _count_alike(colour: npt.NDArray[np.float64], samples: npt.NDArray[np.float64], deviation: float) -> float:
+    """Return how many of some samples a colour is like, each by a normal density over its peak."""
+    alike = 0.0
+    for k in range(len(samples)):
+        away = colour_distance(colour, samples[k]) / deviation
+        if away < _FAR:
+            alike += math.exp(-0.5 * away * away)
+    return alike
 
 
 @kernel(read(float64, 2), read(int64, 2), float64)
@@ -186,9 +168,10 @@ def list_unknown(
 
 @kernel(
     read(uint8, 3), read(uint8, 2), read(int64, 2), read(int64, 1), read(float64, 3), read(int64, 1),
-    read(float64, 3), read(int64, 1), read(float64, 3), read(int64, 1), read(float64, 2), float64, write(uint8, 2),
+    read(float64, 3), read(int64, 1), read(float64, 3), read(int64, 1), read(float64, 2), read(float64, 1), float64,
+    read(uint8, 2),
 )  # fmt: skip
-def look_across(
+def describe_pixels(
     image: npt.NDArray[np.uint8],
     mask: npt.NDArray[np.uint8],
     pairs: npt.NDArray[np.int64],
@@ -199,15 +182,16 @@ def look_across(
     grounds: npt.NDArray[np.int64],
     cable: npt.NDArray[np.float64],
     cables: npt.NDArray[np.int64],
+    middle: npt.NDArray[np.float64],
     spread: npt.NDArray[np.float64],
     width: float,
     told: npt.NDArray[np.uint8],
-) -> None:
-    """Find which places of the ways between ends look like ground, like cable, and like neither.
+) -> npt.NDArray[np.float64]:
+    """Describe how much more the ways between ends look like the ground before these ends than like the cables.
 
-    A sample looks like the ground, or the cables, where it is as near to one of their samples as these are to each
-    other. Where both are near it shows nothing; what is like neither, nor like the ground in whatever light, hides the
-    place.
+    The place that looks most like the ground decides: what hides a cable may have any other colour, and ends in plain
+    sight may have caps, but some of the way between is ground. Its light may change evenly from one end to the other:
+    each sample of the ground counts half as it is, and half as it would be lit there.
 
     Parameters
     ----------
@@ -215,61 +199,57 @@ def look_across(
         The part of the image that `mask` covers.
     mask : (h, w) uint8
     pairs : (n, 2) int64
-        Ends of the ways that are asked, as the references are numbered.
+        Ends of the ways that are asked, as the grounds are numbered.
     asked : (n,) int64
         Those ways.
     ways, steps
         As `lay_ways` makes them.
-    ground, grounds, cable, cables, spread
+    ground, grounds, cable, cables, middle, spread
         As `sample_references` makes them.
     width : float
         px.
     told : (k, s) uint8
-        `IS_GROUND`, `IS_CABLE` or `IS_NEITHER` at each place of each way; only those that are 0, unknown, are asked.
+        What else is known of the places; only those that are 0, unknown, are looked at.
+
+    Returns
+    -------
+    (n, 3) float64
+        The share of a way's places beside the mask that are looked at; and by it, the logarithm of how many times the
+        ground is more probable than the cables at the place where it is the most, and its square if it is more
+        probable there. Each has a density of its samples (Rosenblatt 1956), and one more that is like anything. All
+        are 0 where none is seen.
     """
     half = int(BLOCK_WIDTHS * width)
     clear = CLEAR_WIDTHS * width + CLEAR_PX
-    colour = np.empty(3)
+    columns, colour, lit = np.zeros((len(asked), 3)), np.empty(3), np.empty(3)
     for n in range(len(asked)):
         p, i, j = asked[n], pairs[n, 0], pairs[n, 1]
-        if grounds[i] + grounds[j] < MIN_REFERENCES or cables[i] == 0 or cables[j] == 0:
+        ours, theirs = grounds[i] + grounds[j], cables[i] + cables[j]
+        if ours == 0 or theirs == 0:
             continue
-        own = _together(ground[i, : grounds[i]], ground[j, : grounds[j]])
-        like_ground = max(FLOOR, LENIENT * max(spread[i, 0], spread[j, 0]))
-        theirs = _together(cable[i, : cables[i]], cable[j, : cables[j]])
-        like_cable = max(FLOOR, LENIENT * max(spread[i, 1], spread[j, 1]))
-        beside = np.empty((2, steps[p] + 1, 3))
-        is_there = np.zeros((2, steps[p] + 1), dtype=np.bool_)
-        way = ways[p]
-        for k in range(steps[p] + 1):
-            for side in range(2):
-                aside = (2 * side - 1) * (BESIDE_WIDTHS * width + CLEAR_PX)
-                x, y = way[k, 0] - aside * way[k, 3], way[k, 1] + aside * way[k, 2]
-                if not is_on_mask(mask, x, y, clear):
-                    is_there[side, k] = block_mean(image, x, y, half, beside[side, k])
-        for side in range(2):
-            _keep_ground(beside[side], is_there[side], own, like_ground)
+        light = middle[j] - middle[i] if grounds[i] > 0 and grounds[j] > 0 else np.zeros(3)
+        deviation = _NOISE + 2.0 * (grounds[i] * spread[i] + grounds[j] * spread[j]) / ours
+        looked, places, most = 0, 0, -np.inf
         for k in range(1, steps[p]):
-            x, y = way[k, 0], way[k, 1]
-            if told[p, k] != 0 or is_on_mask(mask, x, y, clear) or not block_mean(image, x, y, half, colour):
+            x, y = ways[p, k, X], ways[p, k, Y]
+            if is_on_mask(mask, x, y, clear):
                 continue
-            to_ground = np.inf
-            for side in range(2):
-                if is_there[side, k]:
-                    to_ground = min(to_ground, colour_distance(colour, beside[side, k]))
-            is_ground = to_ground <= like_ground or is_like(colour, own, like_ground)
-            is_cable = is_like(colour, theirs, like_cable)
-            if is_ground and is_cable:
-                to_ground = min(to_ground, distance_of_one_in(colour, own))
-                to_cable = distance_of_one_in(colour, theirs)
-                is_ground = to_ground < to_cable
-                is_cable = to_cable < to_ground
-                if not is_ground and not is_cable:
-                    continue
-            if is_ground or is_cable:
-                told[p, k] = IS_GROUND if is_ground else IS_CABLE
-            elif not is_in_other_light(colour, own):
-                told[p, k] = IS_NEITHER
+            places += 1
+            if told[p, k] != 0 or not block_mean(image, x, y, half, colour):
+                continue
+            looked += 1
+            as_ground = as_cable = 1.0
+            for e, back in ((i, k / steps[p]), (j, k / steps[p] - 1.0)):
+                for c in range(3):
+                    lit[c] = colour[c] - back * light[c]
+                as_ground += 0.5 * _count_alike(colour, ground[e, : grounds[e]], deviation)
+                as_ground += 0.5 * _count_alike(lit, ground[e, : grounds[e]], deviation)
+                as_cable += _count_alike(colour, cable[e, : cables[e]], deviation)
+            most = max(most, math.log(as_ground / (ours + 1.0)) - math.log(as_cable / (theirs + 1.0)))
+        if looked > 0:
+            columns[n, 0], columns[n, 1], columns[n, 2] = 1.0, most, max(most, 0.0) ** 2
+            columns[n] *= looked / places
+    return columns
 
 
 @kernel(read(uint8, 2), read(float64, 3), read(int64, 1), write(uint8, 2))

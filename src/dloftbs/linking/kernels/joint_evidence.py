@@ -10,7 +10,8 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import kernel, read, write
 from dloftbs.kernels.shared.graph_ends import X, Y
-from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND
+from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND, GAP_SEEN
+from dloftbs.linking.kernels.pixel_weights import IN_SIGHT
 
 _MAX_GROUND = 0.5
 """Most ground in sight across a gap that counts, widths.
@@ -56,10 +57,12 @@ def list_gaps(
 
 
 @kernel(
-    read(float64, 2), read(int64, 1), read(float64, 1), read(int64, 2), read(float64, 1), float64, write(float64, 2)
-)
+    read(float64, 2), read(float64, 1), read(int64, 1), read(float64, 1), read(int64, 2), read(float64, 1), float64,
+    write(float64, 2),
+)  # fmt: skip
 def describe_seen(
     seen: npt.NDArray[np.float64],
+    log_odds: npt.NDArray[np.float64],
     gaps: npt.NDArray[np.int64],
     lengths: npt.NDArray[np.float64],
     pairs: npt.NDArray[np.int64],
@@ -76,6 +79,8 @@ def describe_seen(
     ----------
     seen : (g, 3) float64
         How much of each gap is ground, a cable, and neither, widths.
+    log_odds : (g,) float64
+        That the rest is hidden, and not ground in sight, as the image shows it, nats.
     gaps, lengths
         As `list_gaps` makes them.
     pairs : (k, 2) int64
@@ -93,8 +98,10 @@ def describe_seen(
         ground = 0.0 if seen[g, 0] < _STRAY_GROUND * length else seen[g, 0]
         hidden = min(seen[g, 1] + seen[g, 2], length)
         joints[k, GAP_GROUND], joints[k, GAP_HIDDEN] = min(ground, _MAX_GROUND), hidden
+        joints[k, GAP_SEEN] = -math.log(IN_SIGHT * math.exp(-log_odds[g]) + 1.0 - IN_SIGHT)
+        is_hidden = max((hidden - ground) / length, math.tanh(0.5 * log_odds[g]))  # twice a probability, less 1
         for end in pairs[k]:
-            covered[end] = max(covered[end], max(hidden - ground, 0.0) / length)
+            covered[end] = max(covered[end], is_hidden)
     for k in range(len(pairs)):
         i, j = pairs[k]
         shape = roundness[i] * (1.0 - covered[i]) + roundness[j] * (1.0 - covered[j])

@@ -23,6 +23,7 @@ from dloftbs.linking.kernels.joint_features import (
     prices,
 )
 from dloftbs.linking.kernels.near_ends import near_ends
+from dloftbs.linking.kernels.pixel_weights import MAX_SEEN
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 
 _CHEAP_LINK = 0.6
@@ -301,7 +302,7 @@ def pair_costs(
                 describe_gap(states, i, j, width, end_roundness[i] + end_roundness[j], gap)
                 cost, measured = price(gap, JOINT), gap
                 if asked:
-                    bound += JOINT[GAP_ROUND] * gap[GAP_ROUND] - JOINT[GAP_HIDDEN] * gap[GAP_LENGTH]
+                    bound += JOINT[GAP_ROUND] * gap[GAP_ROUND] - JOINT[GAP_HIDDEN] * gap[GAP_LENGTH] + MAX_SEEN
             if cost >= bound + more:
                 continue
             if count == capacity:

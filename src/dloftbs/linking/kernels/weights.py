@@ -17,10 +17,11 @@ JOINT = np.array([
     -0.16,  # GAP_HIDDEN
     11.02,  # DEPTH_SWERVE
     7.30,  # OTHER_COLOUR
+    -1.00,  # GAP_SEEN
 ])  # fmt: skip
 """Cost of each column of a joint, nats a unit.
 
-Source: fitted, but `OTHER_COLOUR` is counted (docs/linking-rules.md); see docs/maintainers/linking-weights.md.
+Source: fitted, `OTHER_COLOUR` counted, `GAP_SEEN` by definition; see docs/maintainers/linking-weights.md.
 """
 
 OPEN = np.array([

@@ -1,0 +1,245 @@
+"""Fit what an image says about gaps to labelled scenes.
+
+Run it in the repository with ``python -m benchmarks.fit_pixels FOLDER``; the folder is that of
+`benchmarks.pictured_gaps`. It prints a page of the documents; ``--write`` writes it, and the fitted numbers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize_scalar
+
+from benchmarks.fit_linking.confidence import fit_log_odds
+from benchmarks.fit_linking.labels import OPEN, UNKNOWN, true_partners
+from benchmarks.fit_linking.scenes import Scene, list_scenes
+from benchmarks.pictured_gaps import GROUNDS, KINDS, list_gaps
+from dloftbs import Config, Frame
+from dloftbs.config import DepthConfig, LinkingConfig
+from dloftbs.evidence import EvidenceMap
+from dloftbs.linking.end_matching import list_ends, list_joints
+from dloftbs.linking.kernels import joint_evidence, pixel_weights
+from dloftbs.linking.kernels.joint_features import prices
+from dloftbs.linking.kernels.weights import JOINT
+from dloftbs.linking.kernels.weights import OPEN as OPEN_COST
+from dloftbs.pipeline.stages import run_stages
+from dloftbs_lab.evaluation.suites import open_suite
+
+PAGE = Path(__file__).parents[1] / "docs" / "maintainers" / "pixel-weights.md"
+COLUMNS = (
+    "a place of the gap is looked at",
+    "logarithm of how many times the ground is more probable than the cables, where it is the most",
+    "its square, if the ground is more probable there",
+)
+DRAWN = ("hidden", "drawn", "broken")
+SUITES = {"rgb": 3, "seen-occluders": 9}
+"""Suites, and the step from one of their frames to the next that counts."""
+
+IN_SIGHT = ("drawn", "broken", *GROUNDS)
+"""Sources that show ends of two cables in plain sight: nothing hides a gap between two ends that stay open."""
+
+_SEEDS = (1, 2)
+_SUITE_SEED = 4444
+_FRAMES = 40  # of each kind over each kind of ground
+_AMOUNT = 0.5
+_SUITE_SHARE = {"rgb": 0.3, "seen-occluders": 0.06}
+_LEAST = -1.0
+"""Least log-odds, by the mask alone, of a gap that counts, nats: nothing asks about less likely ones."""
+
+_ON_PIXELS = """# The weights of what an image shows
+
+For maintainers; [the rules of linking](../linking-rules.md) say what they mean. Made by `python -m
+benchmarks.fit_pixels`.
+
+An image decides between a gap that is hidden, or that the mask alone has, and ground in sight. Its log-odds L are a
+weighted sum of columns, fitted to {hidden} gaps of one cable and {sight} between ends of two in plain sight. Both count
+alike, so that no share of either is in the numbers, and so do sources.
+
+| column | nats a unit |
+| --- | ---: |
+{weights}
+
+Not all ends that belong to two cables have ground between them. Of the gaps between such ends, a share q of
+{share:.2f} has. It is the most probable one for {apart} of them, sources alike. So a joint gains
+-log(q exp(-L) + 1 - q), at most {most:.2f} nats.
+
+Number of gaps that are read wrongly, each by itself, and in brackets the mean of minus the logarithm of the truth's
+probability: by the mask alone, with the image, and with the source left out of the fit.
+Gaps of two cables behind one occluder count as well, though linking compares them with the right ones.
+
+| source | of one cable | of two | mask alone | image | left out |
+| --- | ---: | ---: | ---: | ---: | ---: |
+{rows}
+"""
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SeenGap:
+    """A gap that an image says something about.
+
+    Parameters
+    ----------
+    source : str
+    pixels : numpy.ndarray, shape (3,)
+        As `describe_pixels` has them.
+    by_mask : float
+        Log-odds, by the mask alone, that it is one cable's, nats.
+    joined : bool
+        True if it is.
+    both_end : bool
+        True if both cables end there.
+    """
+
+    source: str
+    pixels: Floats
+    by_mask: float
+    joined: bool
+    both_end: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The weights of the columns, nats a unit, and the share of gaps of two cables that are ground in sight."""
+
+    weights: Floats
+    in_sight: float
+
+    def gain(self, pixels: Floats) -> Floats:
+        """Return what images say for joints, nats."""
+        gained: Floats = -np.log(self.in_sight * np.exp(-pixels @ self.weights) + 1.0 - self.in_sight)
+        return gained
+
+
+def main() -> None:
+    """Collect the gaps, fit, and print or write the page and the numbers."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--write", action="store_true", help="write the numbers and the page")
+    parser.add_argument("--amount", type=float, default=1.0, help="share of the scenes, to see that it runs")
+    given = parser.parse_args()
+    tasks = [(name, seed, given.amount, given.folder) for name in (*DRAWN, *SUITES, *GROUNDS) for seed in _SEEDS]
+    with ProcessPoolExecutor() as pool:
+        gaps = [gap for part in pool.map(_gaps, *zip(*tasks, strict=True)) for gap in part]
+    found = fit(gaps)
+    page = report(gaps, found)
+    print(page)
+    if given.write:
+        PAGE.write_text(page)
+        _write(found)
+
+
+def _gaps(source: str, seed: int, amount: float, folder: Path) -> list[SeenGap]:
+    return list(list_seen_gaps(_scenes(source, seed, amount, folder)))
+
+
+def _scenes(source: str, seed: int, amount: float, folder: Path) -> Iterator[Scene]:
+    if source in DRAWN:
+        scenes = list_scenes(source, seed, _AMOUNT * amount, folder)
+        yield from (scene for scene in scenes if scene.frame.image is not None)
+    elif source in SUITES:
+        for sequence in open_suite(source, scale=_SUITE_SHARE[source] * amount, seed=_SUITE_SEED + seed).sequences:
+            for index in range(0, len(sequence), SUITES[source]):
+                frame, truth = sequence.frame(index), sequence.truth(index)
+                curves = tuple(curve.sample(max(int(curve.length), 20)) for curve in truth.curves)
+                yield Scene(source, Frame(mask=frame.mask, image=frame.image), curves)
+    else:
+        grounds = sorted(folder.glob(source))
+        if not grounds:
+            raise SystemExit(f"{folder} lacks {source}")
+        for kind in KINDS:
+            for gap in islice(list_gaps(grounds, kind, seed, _FRAMES), max(int(_FRAMES * amount), 1)):
+                yield Scene(source, gap.frame, gap.cables, off_px=2.0)
+
+
+def list_seen_gaps(scenes: Iterable[Scene]) -> Iterator[SeenGap]:
+    """Yield the gaps of some scenes whose truth is known, and that their images say anything about."""
+    config, none = Config(), np.empty(0, dtype=np.int64)
+    assert isinstance(config.linking, LinkingConfig)
+    for scene in scenes:
+        run = run_stages(scene.frame, config, None)
+        evidence = None if run.crop is None else EvidenceMap.of(scene.frame, run.crop, DepthConfig())
+        if run.graph is None or run.crop is None or evidence is None:
+            continue
+        ends = list_ends(run.graph, none, none)
+        rows, columns, joints, opens = list_joints(run.graph, ends, config.linking.max_gap_widths, None, 0.0)
+        partner = true_partners(scene, run.crop, run.graph)
+        open_cost = prices(opens, OPEN_COST)
+        by_mask = open_cost[rows] + open_cost[columns] - prices(joints, JOINT)
+        pairs = np.stack((rows, columns), axis=1)
+        gaps, _ = joint_evidence.list_gaps(ends.nodes, ends.states, pairs)
+        pixels = evidence.at(run.graph).across(ends.ids[pairs[gaps]])[1]
+        for gap, seen in zip(gaps, pixels, strict=True):
+            one, other = ends.ids[pairs[gap]]
+            true = {partner[one], partner[other]}
+            if seen[0] > 0.0 and by_mask[gap] > _LEAST and UNKNOWN not in true:
+                yield SeenGap(scene.source, seen, by_mask[gap], bool(partner[one] == other), true == {OPEN})
+
+
+def fit(gaps: Sequence[SeenGap]) -> Fit:
+    """Return the numbers under which what the images show is the most probable."""
+    sides = [gap for gap in gaps if gap.joined], [gap for gap in gaps if gap.both_end and gap.source in IN_SIGHT]
+    weights = len(gaps) * np.concatenate([_alike(side) for side in sides])
+    pixels = np.array([gap.pixels for side in sides for gap in side])
+    found = fit_log_odds(pixels, np.repeat((True, False), [len(side) for side in sides]), weights)
+    apart = [gap for gap in gaps if not gap.joined]
+    odds = np.exp(-np.array([gap.pixels for gap in apart]) @ found)
+    each = _alike(apart)
+    share = minimize_scalar(lambda q: -(each @ np.log(q * odds + 1.0 - q)), bounds=(0.0, 1.0), method="bounded").x
+    return Fit(found, float(share))
+
+
+def _alike(gaps: Sequence[SeenGap]) -> Floats:
+    """Return weights of gaps, so that sources count alike, and all together 1."""
+    counts = Counter(gap.source for gap in gaps)
+    return np.array([1.0 / (counts[gap.source] * len(counts)) for gap in gaps])
+
+
+def report(gaps: Sequence[SeenGap], found: Fit) -> str:
+    """Return the page on the weights, in Markdown."""
+    rows = []
+    for source in (*DRAWN, *SUITES, *GROUNDS):
+        own = [gap for gap in gaps if gap.source == source]
+        if not own:
+            continue
+        others = fit([gap for gap in gaps if gap.source != source])
+        joined = sum(gap.joined for gap in own)
+        cells = [_cell(own, Fit(np.zeros(len(COLUMNS)), 0.0)), _cell(own, found), _cell(own, others)]
+        rows.append(f"| {source} | {joined} | {len(own) - joined} | {' | '.join(cells)} |")
+    return _ON_PIXELS.format(
+        hidden=sum(gap.joined for gap in gaps),
+        sight=sum(gap.both_end and gap.source in IN_SIGHT for gap in gaps),
+        weights="\n".join(f"| {what} | {one:.2f} |" for what, one in zip(COLUMNS, found.weights, strict=True)),
+        share=found.in_sight,
+        apart=sum(not gap.joined for gap in gaps),
+        most=-np.log(1.0 - found.in_sight),
+        rows="\n".join(rows),
+    )
+
+
+def _cell(gaps: Sequence[SeenGap], found: Fit) -> str:
+    log_odds = np.array([gap.by_mask for gap in gaps]) + found.gain(np.array([gap.pixels for gap in gaps]))
+    right = np.where([gap.joined for gap in gaps], log_odds, -log_odds)
+    return f"{int((right < 0.0).sum())} ({np.logaddexp(0.0, -right).mean():.3f})"
+
+
+def _write(found: Fit) -> None:
+    path = Path(pixel_weights.__file__)
+    text = re.sub(
+        r"(?<=PIXELS = np\.array\(\[).*(?=\])", ", ".join(f"{one:.2f}" for one in found.weights), path.read_text()
+    )
+    path.write_text(re.sub(r"(?<=IN_SIGHT = )[0-9.]+", f"{found.in_sight:.2f}", text))
+
+
+if __name__ == "__main__":
+    main()
