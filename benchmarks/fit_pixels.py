@@ -36,15 +36,15 @@ from dloftbs_lab.evaluation.suites import open_suite
 
 PAGE = Path(__file__).parents[1] / "docs" / "maintainers" / "pixel-weights.md"
 COLUMNS = (
-    "a place of the gap is looked at",
-    "logarithm of how many times the ground is more probable than the cables, where it is the most",
-    "its square, if the ground is more probable there",
+    "1",
+    "greatest logarithm, along the gap, of how many times more probable the ground is than the cables",
+    "square of that logarithm if it is positive, else 0",
 )
 DRAWN = ("hidden", "drawn", "broken")
 SUITES = {"rgb": 3, "seen-occluders": 9}
 """Suites, and the step from one of their frames to the next that counts."""
 
-IN_SIGHT = ("drawn", "broken", *GROUNDS)
+SOURCES_IN_SIGHT = ("drawn", "broken", *GROUNDS)
 """Sources that show ends of two cables in plain sight: nothing hides a gap between two ends that stay open."""
 
 _SEEDS = (1, 2)
@@ -52,31 +52,31 @@ _SUITE_SEED = 4444
 _FRAMES = 40  # of each kind over each kind of ground
 _AMOUNT = 0.5
 _SUITE_SHARE = {"rgb": 0.3, "seen-occluders": 0.06}
-_LEAST = -1.0
-"""Least log-odds, by the mask alone, of a gap that counts, nats: nothing asks about less likely ones."""
-
 _ON_PIXELS = """# The weights of what an image shows
 
 For maintainers; [the rules of linking](../linking-rules.md) say what they mean. Made by `python -m
 benchmarks.fit_pixels`.
 
 An image decides between a gap that is hidden, or that the mask alone has, and ground in sight. Its log-odds L are a
-weighted sum of columns, fitted to {hidden} gaps of one cable and {sight} between ends of two in plain sight. Both count
-alike, so that no share of either is in the numbers, and so do sources.
+weighted sum of columns, fitted to {hidden} gaps of one cable and {sight} between ends of two in plain sight, among
+those that the mask alone bridges. Both kinds, and all sources, have equal weight. Each column is multiplied by the
+share of the gap's places that are looked at.
 
 | column | nats a unit |
 | --- | ---: |
 {weights}
 
 Not all ends that belong to two cables have ground between them. Of the gaps between such ends, a share q of
-{share:.2f} has. It is the most probable one for {apart} of them, sources alike. So a joint gains
+{share:.2f} has. This q fits {apart} of them best, with equal weight for each source. So a joint gains
 -log(q exp(-L) + 1 - q), at most {most:.2f} nats.
 
 Number of gaps that are read wrongly, each by itself, and in brackets the mean of minus the logarithm of the truth's
 probability: by the mask alone, with the image, and with the source left out of the fit.
-Gaps of two cables behind one occluder count as well, though linking compares them with the right ones.
+Behind one occluder, gaps that are not joined gain as much as those that are. So some sources have a worse figure with
+the image, but linking compares both kinds, and this table does not. The same cables lie over all three kinds of
+grounds.
 
-| source | of one cable | of two | mask alone | image | left out |
+| source | joined | not joined | mask alone | image | left out |
 | --- | ---: | ---: | ---: | ---: | ---: |
 {rows}
 """
@@ -163,7 +163,7 @@ def _scenes(source: str, seed: int, amount: float, folder: Path) -> Iterator[Sce
 
 
 def list_seen_gaps(scenes: Iterable[Scene]) -> Iterator[SeenGap]:
-    """Yield the gaps of some scenes whose truth is known, and that their images say anything about."""
+    """Yield the gaps that masks alone bridge, whose truth is known, and that images say anything about."""
     config, none = Config(), np.empty(0, dtype=np.int64)
     assert isinstance(config.linking, LinkingConfig)
     for scene in scenes:
@@ -182,20 +182,23 @@ def list_seen_gaps(scenes: Iterable[Scene]) -> Iterator[SeenGap]:
         for gap, seen in zip(gaps, pixels, strict=True):
             one, other = ends.ids[pairs[gap]]
             true = {partner[one], partner[other]}
-            if seen[0] > 0.0 and by_mask[gap] > _LEAST and UNKNOWN not in true:
+            if seen[0] > 0.0 and UNKNOWN not in true:
                 yield SeenGap(scene.source, seen, by_mask[gap], bool(partner[one] == other), true == {OPEN})
 
 
 def fit(gaps: Sequence[SeenGap]) -> Fit:
     """Return the numbers under which what the images show is the most probable."""
-    sides = [gap for gap in gaps if gap.joined], [gap for gap in gaps if gap.both_end and gap.source in IN_SIGHT]
+    sides = (
+        [gap for gap in gaps if gap.joined],
+        [gap for gap in gaps if gap.both_end and gap.source in SOURCES_IN_SIGHT],
+    )
     weights = len(gaps) * np.concatenate([_alike(side) for side in sides])
     pixels = np.array([gap.pixels for side in sides for gap in side])
     found = fit_log_odds(pixels, np.repeat((True, False), [len(side) for side in sides]), weights)
     apart = [gap for gap in gaps if not gap.joined]
     odds = np.exp(-np.array([gap.pixels for gap in apart]) @ found)
     each = _alike(apart)
-    share = minimize_scalar(lambda q: -(each @ np.log(q * odds + 1.0 - q)), bounds=(0.0, 1.0), method="bounded").x
+    share = minimize_scalar(lambda q: -(each @ np.log(q * odds + 1.0 - q)), bounds=(0.0, 0.99), method="bounded").x
     return Fit(found, float(share))
 
 
@@ -218,7 +221,7 @@ def report(gaps: Sequence[SeenGap], found: Fit) -> str:
         rows.append(f"| {source} | {joined} | {len(own) - joined} | {' | '.join(cells)} |")
     return _ON_PIXELS.format(
         hidden=sum(gap.joined for gap in gaps),
-        sight=sum(gap.both_end and gap.source in IN_SIGHT for gap in gaps),
+        sight=sum(gap.both_end and gap.source in SOURCES_IN_SIGHT for gap in gaps),
         weights="\n".join(f"| {what} | {one:.2f} |" for what, one in zip(COLUMNS, found.weights, strict=True)),
         share=found.in_sight,
         apart=sum(not gap.joined for gap in gaps),
@@ -235,10 +238,11 @@ def _cell(gaps: Sequence[SeenGap], found: Fit) -> str:
 
 def _write(found: Fit) -> None:
     path = Path(pixel_weights.__file__)
-    text = re.sub(
-        r"(?<=PIXELS = np\.array\(\[).*(?=\])", ", ".join(f"{one:.2f}" for one in found.weights), path.read_text()
-    )
-    path.write_text(re.sub(r"(?<=IN_SIGHT = )[0-9.]+", f"{found.in_sight:.2f}", text))
+    weights = ", ".join(f"{one:.2f}" for one in found.weights)
+    text, arrays = re.subn(r"(?<=PIXELS = np\.array\(\[).*(?=\])", weights, path.read_text())
+    text, shares = re.subn(r"(?<=SHARE_IN_SIGHT = )[0-9.]+", f"{found.in_sight:.2f}", text)
+    assert arrays == shares == 1, path
+    path.write_text(text)
 
 
 if __name__ == "__main__":

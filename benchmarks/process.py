@@ -43,7 +43,7 @@ def main() -> None:
         cached = dict(os.environ) if given.quick else dict(os.environ, NUMBA_CACHE_DIR=str(folder / "cache"))
         start_up(mask, cached, starts, compiling=not given.quick)
         imports(mask, cached, starts)
-        memory(frames=100 if given.quick else 10_000)
+        memory(frames=200 if given.quick else 10_000)
         command_memory(folder, (20, 60) if given.quick else (100, 2_000))
 
 

@@ -49,12 +49,11 @@ class Scene:
         self.ways = np.column_stack((tips, np.cos(angle), np.sin(angle)))
         self.pairs = rng.integers(0, len(self.ends), (3, 2))
 
-    def describe(self) -> np.ndarray:
-        """Return what the image shows of each way."""
+    def describe(self, asked: np.ndarray, told: np.ndarray) -> np.ndarray:
+        """Return what the image shows of some ways."""
         ways, steps = lay_ways(self.ways, self.pairs, self.width)
-        asked, told = np.arange(len(self.pairs)), np.zeros(ways.shape[:2], dtype=np.uint8)
         known = self.references()
-        return describe_pixels(self.image, self.mask, self.pairs, asked, ways, steps, *known, self.width, told)
+        return describe_pixels(self.image, self.mask, self.pairs[asked], asked, ways, steps, *known, self.width, told)
 
     def references(self) -> tuple[np.ndarray, ...]:
         return sample_references(self.image, self.mask, self.points, self.spans, self.ends, self.width)

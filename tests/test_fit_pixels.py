@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -37,7 +38,7 @@ def test_over_even_ground_the_image_shows_what_is_true(kind: str, grounds: list[
 def test_the_fit_finds_the_numbers_that_made_the_data() -> None:
     rng = np.random.default_rng(0)
     gaps = []
-    for source in fit_pixels.IN_SIGHT:
+    for source in fit_pixels.SOURCES_IN_SIGHT:
         # Of two normal densities that differ in their mean alone, the log-odds are a line.
         for seen, joined, both_end in ((-0.5, True, False), (1.5, False, True)):
             for x in rng.normal(seen, 1.0, 2000):
@@ -47,5 +48,8 @@ def test_the_fit_finds_the_numbers_that_made_the_data() -> None:
     found = fit_pixels.fit(gaps)
     assert found.weights == pytest.approx([1.0, -2.0, 0.0], abs=0.15)
     assert found.in_sight == pytest.approx((2000 + 0.2 * 4000) / 6000, abs=0.05)
+    page = fit_pixels.report([replace(gap, source=gap.source.replace("drawn", "rgb")) for gap in gaps], found)
+    assert "| rgb | 2000 | 6000 |" in page
+    assert f"a share q of\n{found.in_sight:.2f} has" in page
     assert found.gain(np.zeros((1, 3))) == pytest.approx([0.0])
     assert found.gain(np.array([[0.0, -50.0, 0.0]])) == pytest.approx([-np.log(1.0 - found.in_sight)], abs=0.01)

@@ -205,7 +205,7 @@ def report_weights(choices: Sequence[Choice], found: Fit) -> str:
     lines += [f"| {name} | {what} | {len(by_source[name])} |" for name, what in SOURCES.items()]
     lines += ["", "| column | nats a unit | deviation |", "| --- | ---: | ---: |"]
     lines += [
-        f"| `{name}`: {what} | {weight:.2f} | {deviation:.2f} |"
+        f"| `{name}`: {what} | {weight:.2f} | {f'{deviation:.2f}' if deviation else ''} |"
         for (name, what), weight, deviation in zip(COLUMNS.items(), found.weights, found.deviations, strict=True)
     ]
     lines += [

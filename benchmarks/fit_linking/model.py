@@ -9,6 +9,11 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.fit_linking.readings import Choice, Floats
+from dloftbs.linking.kernels.joint_features import GAP_SEEN, OTHER_COLOUR
+from dloftbs.linking.kernels.weights import JOINT
+
+_HELD = {column: JOINT[column] for column in (OTHER_COLOUR, GAP_SEEN)}
+"""Weights that are not fitted here: one is counted, the other one is that of log-odds."""
 
 _PRIOR_SD = 10.0  # of a weight times the root mean square of its column, nats: it keeps unused columns at 0
 _MAX_WEIGHT = 3.0  # of a choice of a small source
@@ -18,7 +23,7 @@ _WORTH = {"hidden": 3.0, "masks": 4.0}
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Fitted weights, nats a unit of each column, and their standard deviations."""
+    """Weights, nats a unit of each column, and their standard deviations, 0 for those that are not fitted."""
 
     weights: Floats
     deviations: Floats
@@ -62,12 +67,19 @@ def fit(choices: Sequence[Choice]) -> Fit:
         value = -(worth * np.log(np.maximum(shares[all_of.true], 1e-300))).sum() + 0.5 * prior * (scaled @ scaled)
         return float(value), (worth[:, None] * (rows[all_of.true] - expected)).sum(axis=0) + prior * scaled
 
-    found = minimize(loss, np.ones(rows.shape[1]), jac=True, method="L-BFGS-B", options={"maxiter": 3000}).x
+    start = np.ones(rows.shape[1])
+    bounds: list[tuple[float | None, float | None]] = [(None, None)] * len(start)
+    for column, weight in _HELD.items():
+        start[column] = weight * scale[column]
+        bounds[column] = start[column], start[column]
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 3000}).x
     shares = all_of.probabilities(found / scale)
     expected = np.add.reduceat(shares[:, None] * rows, all_of.first)
     spread = rows - expected[all_of.of]
     curvature = (spread * (shares * worth[all_of.of])[:, None]).T @ spread + prior * np.eye(len(scale))
-    return Fit(found / scale, np.sqrt(np.diag(np.linalg.inv(curvature))) / scale)
+    free, deviations = np.setdiff1d(np.arange(len(scale)), list(_HELD)), np.zeros(len(scale))
+    deviations[free] = np.sqrt(np.diag(np.linalg.inv(curvature[np.ix_(free, free)]))) / scale[free]
+    return Fit(found / scale, deviations)
 
 
 def count_wrong(choices: Sequence[Choice], weights: Floats) -> int:

@@ -66,6 +66,14 @@ def test_ends_with_ground_between_them_stay_open(gap: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("columns", [12, 40])
+def test_a_cable_that_is_seen_through_a_slit_of_an_occluder_goes_on_below(columns: int) -> None:
+    mask, image = scene((150, 250), "occluder")
+    slit = np.s_[60:180, 190 : 190 + columns]
+    image[slit] = np.where(draw_cable(LINE, WIDTH, SIZE)[slit][..., None] > 0, CABLE, GROUND)
+    assert len(dloftbs.detect(mask, image=image)) == 1
+
+
+@pytest.mark.parametrize("columns", [12, 40])
 def test_ground_that_is_seen_through_a_slit_of_an_occluder_keeps_a_gap_open(columns: int) -> None:
     # A cable below the occluder would be seen there.
     mask, image = scene((150, 250), "occluder")

@@ -15,13 +15,15 @@ from dloftbs.evidence.kernels.gap_pixels import (
     lay_ways,
     list_unknown,
     mark_probable,
+    measure_ways,
 )
 
 seeds = st.integers(0, 2**31)
 
 
-def literal_description(scene: Scene, i: int, j: int) -> list[float]:
+def literal_description(scene: Scene, p: int, told: np.ndarray) -> list[float]:
     """Return what an image shows of one way."""
+    i, j = scene.pairs[p]
     ground, cable = zip(*(literal_references(scene, int(scene.ends[e])) for e in (i, j)), strict=True)
     grounds, cables = np.concatenate(ground), np.concatenate(cable)
     (ax, ay, adx, ady), (bx, by, bdx, bdy) = scene.ways[i], scene.ways[j]
@@ -29,8 +31,9 @@ def literal_description(scene: Scene, i: int, j: int) -> list[float]:
     steps = min(max(int(length / max(0.5 * scene.width, 1.0)), 2), 24)
     # The second end's direction points out of its run, so the way comes in against it.
     way = CubicHermiteSpline([0.0, 1.0], [(ax, ay), (bx, by)], np.array([(adx, ady), (-bdx, -bdy)]) * length)
-    clear = [t for t in np.arange(1, steps) / steps if scene.is_clear(*way(t))]
-    colours = [(t, scene.colour_at(*way(t))) for t in clear if scene.colour_at(*way(t)) is not None]
+    clear = [k for k in range(1, steps) if scene.is_clear(*way(k / steps))]
+    unknown = [k / steps for k in clear if told[p, k] == 0]
+    colours = [(t, scene.colour_at(*way(t))) for t in unknown if scene.colour_at(*way(t)) is not None]
     if len(grounds) == 0 or len(cables) == 0 or not colours:
         return [0.0, 0.0, 0.0]
     light = np.median(ground[1], axis=0) - np.median(ground[0], axis=0) if min(map(len, ground)) > 0 else np.zeros(3)
@@ -52,8 +55,24 @@ def literal_share(colour: np.ndarray, samples: np.ndarray, deviation: float) -> 
 @given(seeds)
 def test_the_description_is_that_of_the_literal_twin(seed: int) -> None:
     scene = Scene(seed)
-    expected = [literal_description(scene, *pair) for pair in scene.pairs.tolist()]
-    np.testing.assert_allclose(scene.describe(), expected, rtol=1e-9, atol=1e-12)
+    rng = np.random.default_rng(seed)
+    asked = rng.permutation(len(scene.pairs))[: rng.integers(1, len(scene.pairs) + 1)]
+    told = (rng.random((len(scene.pairs), 25)) < rng.choice([0.0, 0.3])).astype(np.uint8)
+    expected = [literal_description(scene, p, told) for p in asked]
+    np.testing.assert_allclose(scene.describe(asked, told), expected, rtol=1e-9, atol=1e-12)
+
+
+@given(seeds)
+def test_no_more_is_seen_than_the_way_is_long(seed: int) -> None:
+    scene = Scene(seed)
+    ways, steps = lay_ways(scene.ways, scene.pairs, scene.width)
+    told = np.random.default_rng(seed).integers(0, 4, ways.shape[:2]).astype(np.uint8)
+    seen = measure_ways(scene.ways, scene.pairs, steps, told, scene.width)
+    straight = np.hypot(*(scene.ways[scene.pairs[:, 0], :2] - scene.ways[scene.pairs[:, 1], :2]).T) / scene.width
+    for p, count in enumerate(steps):
+        shares = [(told[p, 1:count] == code).sum() / count for code in (1, 2, 3)]
+        np.testing.assert_allclose(seen[p], np.multiply(shares, straight[p]))
+    assert (seen.sum(axis=1) <= straight + 1e-9).all()
 
 
 @given(seeds)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from dloftbs.linking.kernels.joint_evidence import describe_seen, list_gaps
 from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND, GAP_SEEN
-from dloftbs.linking.kernels.pixel_weights import IN_SIGHT
+from dloftbs.linking.kernels.pixel_weights import SHARE_IN_SIGHT
 from dloftbs.linking.kernels.weights import JOINT
 
 WIDTH = 6.0
@@ -48,7 +48,7 @@ def test_what_is_seen_is_written_and_a_hidden_end_has_any_shape(seed: int) -> No
         ground = ground if ground >= 0.15 * length else 0.0
         hidden = min(cable + neither, length)
         expected[k, GAP_GROUND], expected[k, GAP_HIDDEN] = min(ground, 0.5), hidden
-        expected[k, GAP_SEEN] = -np.log(IN_SIGHT * np.exp(-shown) + 1.0 - IN_SIGHT)
+        expected[k, GAP_SEEN] = -np.log(SHARE_IN_SIGHT * np.exp(-shown) + 1.0 - SHARE_IN_SIGHT)
         for end in pairs[k]:
             covered[end] = max(covered[end], (hidden - ground) / length, 2.0 / (1.0 + np.exp(-shown)) - 1.0)
     for k, pair in enumerate(pairs):

@@ -9,6 +9,7 @@ from tests.linking.kernels.test_joint_features import WIDTH, arm
 from dloftbs.linking.kernels import joint_features as columns
 from dloftbs.linking.kernels.joint_features import prices
 from dloftbs.linking.kernels.pair_costs import FOLD_COST, junction_costs, pair_costs
+from dloftbs.linking.kernels.pixel_weights import MAX_SEEN
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 
 OPEN_JUNCTION, OPEN_KINK, OPEN_FREE = OPEN[columns.OPEN_JUNCTION], OPEN[columns.OPEN_KINK], OPEN[columns.OPEN_FREE]
@@ -113,6 +114,14 @@ def test_what_evidence_may_still_join_is_listed() -> None:
         ends = np.full(4, roundness)
         assert costs_of(nodes, states, max_gap=1e3, end_roundness=ends)[0] == {}
         assert len(costs_of(nodes, states, max_gap=1e3, end_roundness=ends, asked=True)[0]) == 1
+
+
+def test_what_an_image_may_still_join_is_listed() -> None:
+    """It may say for a gap as much as it says at most, besides all that is hidden."""
+    at_most = (2 * OPEN_FREE + MAX_SEEN) / (GAP_LENGTH + JOINT[columns.GAP_HIDDEN]) * WIDTH
+    for length, count in ((0.99 * at_most, 1), (1.01 * at_most, 0)):
+        nodes, states = two_dashes(length)
+        assert len(costs_of(nodes, states, max_gap=1e3, end_roundness=np.ones(4), asked=True)[0]) == count
 
 
 def test_a_gap_that_is_too_long_is_none() -> None:

@@ -18,7 +18,7 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import branch_of, inward
 from dloftbs.kernels.shared.selection import median_of
 
-_SIDES = (-1.0, 1.0, -2.0, 2.0)
+_ASIDE_WIDTHS = (-1.0, 1.0, -2.0, 2.0)
 """Distances across from a cable's axis to the samples of the ground, widths; `CLEAR_PX` is added.
 
 Source: geometry; half a width beyond the edge, and beyond the cable's shadow.
@@ -186,7 +186,7 @@ def sample_references(
     """
     half = int(BLOCK_WIDTHS * width)
     clear = CLEAR_WIDTHS * width + CLEAR_PX
-    ground = np.empty((len(ends), len(_SIDES) * _MAX_SAMPLES, 3))
+    ground = np.empty((len(ends), len(_ASIDE_WIDTHS) * _MAX_SAMPLES, 3))
     cable = np.empty((len(ends), _MAX_SAMPLES, 3))
     grounds, cables = np.zeros(len(ends), dtype=np.int64), np.zeros(len(ends), dtype=np.int64)
     middle, spread = np.zeros((len(ends), 3)), np.zeros(len(ends))
@@ -198,7 +198,7 @@ def sample_references(
             cables[e] += block_mean(image, x, y, half, cable[e, cables[e]])
             if dx == 0.0 and dy == 0.0:
                 continue
-            for side in _SIDES:
+            for side in _ASIDE_WIDTHS:
                 aside = side * width + np.sign(side) * CLEAR_PX
                 gx, gy = x - aside * dy, y + aside * dx
                 if not is_on_mask(mask, gx, gy, clear):

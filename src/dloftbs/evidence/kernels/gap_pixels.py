@@ -33,9 +33,16 @@ Source: by hand; squares of `BLOCK_WIDTHS` barely leave a gap at this distance.
 """
 
 _NOISE = 4.0
-"""Standard deviation of a colour that is seen twice, grey levels, besides what samples of the ground show.
+"""Standard deviation of a colour that is seen twice, grey levels.
 
 Source: by hand; the noise of a camera's 8-bit image.
+"""
+
+_SPREADS = 2.0
+"""Standard deviation of a colour around its samples, as a multiple of the ground's spread, besides `_NOISE`.
+
+Source: measured; of once and twice, twice separates hidden gaps from ground better, .984 and .982 of the area under
+the curve on the average of sources left out.
 """
 
 _FAR = 6.0
@@ -214,10 +221,10 @@ def describe_pixels(
     Returns
     -------
     (n, 3) float64
-        The share of a way's places beside the mask that are looked at; and by it, the logarithm of how many times the
-        ground is more probable than the cables at the place where it is the most, and its square if it is more
-        probable there. Each has a density of its samples (Rosenblatt 1956), and one more that is like anything. All
-        are 0 where none is seen.
+        Three columns, each times the share of the way's places beside the mask that are looked at: 1; the greatest
+        logarithm of how many times more probable the ground is than the cables; and its square if it is positive.
+        Both have the density of their samples (Rosenblatt 1956), and of one more that is like anything; the ground's
+        spread is that of both. All are 0 where nothing is seen.
     """
     half = int(BLOCK_WIDTHS * width)
     clear = CLEAR_WIDTHS * width + CLEAR_PX
@@ -228,7 +235,7 @@ def describe_pixels(
         if ours == 0 or theirs == 0:
             continue
         light = middle[j] - middle[i] if grounds[i] > 0 and grounds[j] > 0 else np.zeros(3)
-        deviation = _NOISE + 2.0 * (grounds[i] * spread[i] + grounds[j] * spread[j]) / ours
+        deviation = _NOISE + _SPREADS * (grounds[i] * spread[i] + grounds[j] * spread[j]) / ours
         looked, places, most = 0, 0, -np.inf
         for k in range(1, steps[p]):
             x, y = ways[p, k, X], ways[p, k, Y]

@@ -11,18 +11,19 @@ from numba import float64, int64
 from dloftbs.kernels.compiler import kernel, read, write
 from dloftbs.kernels.shared.graph_ends import X, Y
 from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND, GAP_SEEN
-from dloftbs.linking.kernels.pixel_weights import IN_SIGHT
+from dloftbs.linking.kernels.pixel_weights import SHARE_IN_SIGHT
 
 _MAX_GROUND = 0.5
 """Most ground in sight across a gap that counts, widths.
 
 Source: fitted; of a half, one and two widths a half shows the most in all sources: more is no clearer.
+The fit is older than the log-odds from images, which were in this column then.
 """
 
 _STRAY_GROUND = 0.15
 """Share of a gap below which ground in sight counts as none.
 
-Source: by hand; a place in seven, where what hides a cable looks like the ground, or its depth is a flying pixel.
+Source: by hand; a place in seven, whose depth is a flying pixel.
 """
 
 
@@ -98,7 +99,7 @@ def describe_seen(
         ground = 0.0 if seen[g, 0] < _STRAY_GROUND * length else seen[g, 0]
         hidden = min(seen[g, 1] + seen[g, 2], length)
         joints[k, GAP_GROUND], joints[k, GAP_HIDDEN] = min(ground, _MAX_GROUND), hidden
-        joints[k, GAP_SEEN] = -math.log(IN_SIGHT * math.exp(-log_odds[g]) + 1.0 - IN_SIGHT)
+        joints[k, GAP_SEEN] = -math.log(SHARE_IN_SIGHT * math.exp(-log_odds[g]) + 1.0 - SHARE_IN_SIGHT)
         is_hidden = max((hidden - ground) / length, math.tanh(0.5 * log_odds[g]))  # twice a probability, less 1
         for end in pairs[k]:
             covered[end] = max(covered[end], is_hidden)

@@ -14,6 +14,7 @@ from dloftbs.linking.kernels.joint_features import (
     GAP_HIDDEN,
     GAP_LENGTH,
     GAP_ROUND,
+    GAP_SEEN,
     OPEN_FREE,
     OPEN_JUNCTION,
     OPEN_KINK,
@@ -302,7 +303,8 @@ def pair_costs(
                 describe_gap(states, i, j, width, end_roundness[i] + end_roundness[j], gap)
                 cost, measured = price(gap, JOINT), gap
                 if asked:
-                    bound += JOINT[GAP_ROUND] * gap[GAP_ROUND] - JOINT[GAP_HIDDEN] * gap[GAP_LENGTH] + MAX_SEEN
+                    bound += JOINT[GAP_ROUND] * gap[GAP_ROUND] - JOINT[GAP_HIDDEN] * gap[GAP_LENGTH]
+                    bound -= JOINT[GAP_SEEN] * MAX_SEEN
             if cost >= bound + more:
                 continue
             if count == capacity:

@@ -15,13 +15,13 @@ PIXELS = np.array([1.32, -1.99, -1.07])
 Source: fitted; see docs/maintainers/pixel-weights.md.
 """
 
-IN_SIGHT = 0.69
+SHARE_IN_SIGHT = 0.69
 """Share of the gaps between ends of two cables that are ground in sight.
 
 Source: fitted; see docs/maintainers/pixel-weights.md.
 """
 
-MAX_SEEN = -math.log(1.0 - IN_SIGHT)
+MAX_SEEN = -math.log(1.0 - SHARE_IN_SIGHT)
 """Most that an image says for a joint, nats.
 
 Source: by definition.
