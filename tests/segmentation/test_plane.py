@@ -29,7 +29,7 @@ def frame(depth):
 
 
 def small_frame(depth):
-    """Return a frame of every second pixel, which take kernels as plain Python a quarter of the time."""
+    """Return a frame of every second pixel, since kernels are slow as plain Python."""
     return dloftbs.Frame(image=np.zeros((120, 160, 3), np.uint8), depth=depth[::2, ::2], camera=SMALL)
 
 
