@@ -26,9 +26,9 @@ Ints = npt.NDArray[np.int64]
 
 def true_partners(scene: Scene, crop: MaskCrop, graph: Graph) -> Ints:
     """Return the true partner of each end of a graph, `OPEN` or `UNKNOWN`, shape (2 n,)."""
-    if scene.labels is not None:
-        return _by_labels(scene.labels, crop, graph)
-    return _by_curves(scene, crop, graph)
+    partner = _by_curves(scene, crop, graph) if scene.labels is None else _by_labels(scene.labels, crop, graph)
+    partner[graph.spurs.repeat(2) | (graph.corners >= 0)] = UNKNOWN
+    return partner
 
 
 def _by_curves(scene: Scene, crop: MaskCrop, graph: Graph) -> Ints:

@@ -55,7 +55,6 @@ def list_choices(scenes: Iterable[Scene]) -> Iterator[Choice]:
         ends = list_ends(graph, none, none)
         rows, columns, joints, opens = list_joints(graph, ends, config.linking.max_gap_widths, at_ends, _MORE)
         partner = true_partners(scene, crop, graph)
-        partner[(graph.spurs.repeat(2)) | (graph.corners >= 0)] = UNKNOWN
         for members in _connected(rows, columns, len(partner)):
             choice = _choice(scene.source, members, rows, columns, joints, opens, partner)
             if choice is not None:
