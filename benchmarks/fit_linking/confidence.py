@@ -22,7 +22,7 @@ from dloftbs.data.graph import Graph, branch_of, is_start
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence import EvidenceMap
 from dloftbs.linking import link
-from dloftbs.linking.joint_confidence import gap_confidence, what_gap_joins
+from dloftbs.linking.joint_confidence import Gaps
 from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.pipeline.stages import run_stages
 from dloftbs_lab.evaluation.runner.joint_scores import judge_joints
@@ -94,13 +94,14 @@ def _list_gaps(scene: Scene, crop: MaskCrop, graph: Graph) -> Iterator[Claim]:
     assert isinstance(_CONFIG.linking, LinkingConfig)
     matching = link(crop, graph, _CONFIG.linking, EvidenceMap.of(scene.frame, crop, DepthConfig())).matching
     places = np.rint(crop.to_image(matching.branches.points)).astype(np.int64)
+    gaps = Gaps(matching, graph.width)
     for i, j in enumerate(matching.partner):
         if j < i or matching.is_crossing(i):
             continue
         margin, cost = matching.margin[i], matching.cost[i]
         sides = [_label_at(scene.labels, places, matching, end, graph.width) for end in (i, j)]
-        seen, taper = what_gap_joins(matching, i, j, graph.width)
-        stated = gap_confidence(matching, i, j, margin, graph.width)
+        seen, taper = gaps.describe(i, j)
+        stated = gaps.confidence(i, j, margin)
         yield Claim(scene.source, "gap", margin, cost, stated, sides[0] == sides[1] > 0, True, seen, taper)
 
 

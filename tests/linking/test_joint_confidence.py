@@ -12,8 +12,8 @@ from linking_examples import cross, draw, matching_of
 from dloftbs import detect
 from dloftbs.data.graph import branch_of
 from dloftbs.linking.joint_confidence import (
+    Gaps,
     crossing_confidence,
-    gap_confidence,
     gap_log_odds,
     open_doubtful_gaps,
     taper_of,
@@ -40,7 +40,7 @@ def test_a_gap_is_surer_the_more_of_the_cable_is_seen_beside_it():
     found = []
     for length in (20.0, 60.0, 140.0):
         graph, matching, (i, j) = the_gap(in_line((200.0 - length, 200.0), (230.0, 230.0 + length)))
-        found.append(gap_confidence(matching, i, j, matching.margin[i], graph.width))
+        found.append(Gaps(matching, graph.width).confidence(i, j, matching.margin[i]))
     assert found == sorted(found)
     assert found[0] < 0.5 < 0.9 < found[-1]
 
@@ -48,7 +48,7 @@ def test_a_gap_is_surer_the_more_of_the_cable_is_seen_beside_it():
 def test_the_longer_side_tells():
     _, matching, (i, j) = the_gap(in_line((20.0, 200.0), (230.0, 250.0)))
     _, other, (k, m) = the_gap(in_line((20.0, 200.0), (230.0, 390.0)))
-    one, both = gap_confidence(matching, i, j, 3.0, 6.0), gap_confidence(other, k, m, 3.0, 6.0)
+    one, both = Gaps(matching, 6.0).confidence(i, j, 3.0), Gaps(other, 6.0).confidence(k, m, 3.0)
     assert one == pytest.approx(both, abs=0.02)
 
 
@@ -56,7 +56,7 @@ def test_a_gap_between_different_widths_is_less_sure():
     confidence = {}
     for width in (2.4, 6.4, 12.4):
         _, matching, (i, j) = the_gap(in_line((20.0, 200.0), (225.0, 400.0), widths=(6.4, width)))
-        confidence[width] = gap_confidence(matching, i, j, 4.0, 6.0)
+        confidence[width] = Gaps(matching, 6.0).confidence(i, j, 4.0)
     assert confidence[6.4] > confidence[12.4] > confidence[2.4]
 
 
@@ -76,7 +76,7 @@ def test_a_branch_without_points_of_its_own_has_no_width():
 def test_the_odds_are_at_most_those_of_the_alternative():
     _, matching, (i, j) = the_gap(in_line((20.0, 200.0), (210.0, 390.0)))
     for margin in (-2.0, 0.0, 0.5):
-        assert gap_confidence(matching, i, j, margin, 6.0) == pytest.approx(1.0 / (1.0 + math.exp(-margin)))
+        assert Gaps(matching, 6.0).confidence(i, j, margin) == pytest.approx(1.0 / (1.0 + math.exp(-margin)))
     assert crossing_confidence(0.5, 0.0, bounded=True) == pytest.approx(1.0 / (1.0 + math.exp(-0.5)))
     assert crossing_confidence(0.5, 0.0, bounded=False) > crossing_confidence(0.5, 0.0, bounded=True)
     assert crossing_confidence(math.inf, 0.0, bounded=True) == 1.0

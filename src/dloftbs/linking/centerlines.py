@@ -14,7 +14,7 @@ from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.kernels.polyline_lengths import lay_out
 from dloftbs.linking.cable_pieces import Piece, Points, cut_into_pieces, fill_junctions
 from dloftbs.linking.end_extension import CableAxes, extend_ends
-from dloftbs.linking.joint_confidence import crossing_confidence, gap_confidence
+from dloftbs.linking.joint_confidence import Gaps, crossing_confidence
 from dloftbs.linking.kernels.lumps import course_confidence
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.support.arrays import FloatArray, frozen
@@ -93,12 +93,12 @@ def assemble(
     return _lay_out(crop, graph, matching, lines, loops, buffer, ends, places)
 
 
-def _likeliest(graph: Graph, matching: EndMatching) -> dict[int, tuple[float, int]]:
+def _likeliest(matching: EndMatching, gaps: Gaps) -> dict[int, tuple[float, int]]:
     """Return the most probable gap that each open end does not have: its probability, and the other end."""
     found: dict[int, tuple[float, int]] = {}
     for lacking, i, j in matching.near_joints:
         if matching.is_open(i) and matching.is_open(j):
-            confidence = gap_confidence(matching, i, j, -lacking, graph.width)
+            confidence = gaps.confidence(i, j, -lacking)
             found[i], found[j] = (
                 max(found.get(i, (0.0, j)), (confidence, j)),
                 max(found.get(j, (0.0, i)), (confidence, i)),
@@ -143,7 +143,8 @@ def _lay_out(
         if len(pieces) > 1:
             _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], matching, pieces)
     points, radius, u = frozen(points), frozen(radius), frozen(u)
-    likeliest = _likeliest(graph, matching) if matching.near_joints else {}
+    gaps = Gaps(matching, graph.width)
+    likeliest = _likeliest(matching, gaps) if matching.near_joints else {}
     positions_of = positions.tolist() if likeliest or any(len(pieces) > 1 for pieces in lines) else []
     result: list[Centerline] = []
     for k, (width, (start, stop)) in enumerate(zip(widths.tolist(), pairwise(first), strict=True)):
@@ -156,7 +157,7 @@ def _lay_out(
                 for u, end in zip((0.0, 1.0), ends[k], strict=True)
                 if end in likeliest
             ]
-            line = _line(*own, counts[k], graph, matching, lines[k], positions_of, tuple(near), sure[k])
+            line = _line(*own, counts[k], gaps, matching, lines[k], positions_of, tuple(near), sure[k])
             met = branch_ends.get(ends[k][0]), branch_ends.get(ends[k][1])
             result.append(line if met == (None, None) else line._with_branch_ends(met))
         else:
@@ -193,7 +194,7 @@ def _line(
     u: FloatArray,
     width: float,
     counts: list[int],
-    graph: Graph,
+    gaps: Gaps,
     matching: EndMatching,
     pieces: list[Piece],
     places: list[list[float]],
@@ -212,7 +213,7 @@ def _line(
             is_shared = branch_of(end) in shared or branch_of(partner[end]) in shared
             confidence = crossing_confidence(piece.margin, piece.cost, bounded=not is_shared)
         else:
-            confidence = gap_confidence(matching, partner[end], end, piece.margin, graph.width)
+            confidence = gaps.confidence(partner[end], end, piece.margin)
         joints.append(
             Joint._unchecked(
                 _CROSSING if is_crossing else _GAP,

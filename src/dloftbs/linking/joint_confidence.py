@@ -36,27 +36,40 @@ def crossing_confidence(margin: float, cost: float, *, bounded: bool) -> float:
     return _probability(min(log_odds, margin if bounded else math.inf))
 
 
-def gap_confidence(matching: EndMatching, i: int, j: int, margin: float, width: float) -> float:
-    """Return the probability that a gap between two ends is right: its odds are at most those of the margin.
+class Gaps:
+    """The confidence of gaps between ends of one matching; what lies behind an end is measured once.
 
     Parameters
     ----------
     matching : EndMatching
-    i, j : int
-        The ends, joined or open.
-    margin : float
-        Gain over the best alternative, nats; negative where that costs less.
+        Not to be changed as long as this is asked.
     width : float
         Width of the cables in the graph, px.
     """
-    seen, taper = what_gap_joins(matching, i, j, width)
-    return _probability(min(gap_log_odds(margin, seen, taper), margin))
 
+    def __init__(self, matching: EndMatching, width: float) -> None:
+        self._matching, self._width = matching, width
+        self._sides: dict[int, tuple[int, float]] = {}
 
-def what_gap_joins(matching: EndMatching, i: int, j: int, width: float) -> tuple[float, float]:
-    """Return `seen` and `taper` of a gap between two ends, as `gap_log_odds` takes them."""
-    longer = max(_length_from(matching, i), _length_from(matching, j))
-    return math.log(longer / width), taper_of(usual_width(matching, i), usual_width(matching, j))
+    def confidence(self, i: int, j: int, margin: float) -> float:
+        """Return the probability that a gap between two ends, joined or open, is right.
+
+        The margin is the gain over the best alternative, nats, negative where that costs less. The odds are at most
+        those of the margin.
+        """
+        return _probability(min(gap_log_odds(margin, *self.describe(i, j)), margin))
+
+    def describe(self, i: int, j: int) -> tuple[float, float]:
+        """Return `seen` and `taper` of a gap between two ends, as `gap_log_odds` takes them."""
+        (length, width), (other_length, other_width) = self._side(i), self._side(j)
+        return math.log(max(length, other_length) / self._width), taper_of(width, other_width)
+
+    def _side(self, end: int) -> tuple[int, float]:
+        """Return the length in points of the cable behind an end, and the width of its first branch, px."""
+        side = self._sides.get(end)
+        if side is None:
+            side = self._sides[end] = _length_from(self._matching, end), usual_width(self._matching, end)
+        return side
 
 
 def gap_log_odds(margin: float, seen: float, taper: float) -> float:
@@ -112,7 +125,8 @@ def open_doubtful_gaps(matching: EndMatching, width: float, least: float) -> Non
     if least <= 0.0:
         return
     gaps = [(i, j) for i, j in enumerate(matching.partner) if j > i and not matching.is_crossing(i)]
-    doubtful = [i for i, j in gaps if gap_confidence(matching, i, j, matching.margin[i], width) < least]
+    judged = Gaps(matching, width)
+    doubtful = [i for i, j in gaps if judged.confidence(i, j, matching.margin[i]) < least]
     for i in doubtful:
         matching.leave_open(i)
 

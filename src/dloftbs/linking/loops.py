@@ -72,15 +72,15 @@ def close_rings(graph: Graph, matching: EndMatching) -> None:
     The joint must cost less than both ends open by more than closed cables are rare.
     """
     nodes, open_cost = matching.branches.nodes, matching.branches.open_cost
-    for chain, is_loop in list(matching.chains()):
-        i, j = chain[0], other_end(chain[-1])
-        if is_loop or UNAVAILABLE in (nodes[i], nodes[j]) or nodes[i] == nodes[j] != FREE:
-            continue
-        if _is_under(graph, matching, i, j):
-            (cost,) = turn_costs(matching.branches, np.array([[i, j]]), graph.width).tolist()
-            gain = open_cost[i] + open_cost[j] - cost
-            if gain > _MAX_EXTRA_COST:
-                matching.join(i, j, cost, gain - _MAX_EXTRA_COST)
+    both = [(chain[0], other_end(chain[-1])) for chain, is_loop in matching.chains() if not is_loop]
+    both = [(i, j) for i, j in both if UNAVAILABLE not in (nodes[i], nodes[j]) and not nodes[i] == nodes[j] != FREE]
+    if not both:
+        return
+    costs = turn_costs(matching.branches, np.array(both), graph.width).tolist()
+    for (i, j), cost in zip(both, costs, strict=True):
+        gain = open_cost[i] + open_cost[j] - cost
+        if gain > _MAX_EXTRA_COST and _is_under(graph, matching, i, j):
+            matching.join(i, j, cost, gain - _MAX_EXTRA_COST)
 
 
 def _open(graph: Graph, matching: EndMatching, loop: list[int]) -> set[int]:
