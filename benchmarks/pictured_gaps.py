@@ -5,8 +5,8 @@ Run it in the repository with ``python -m benchmarks.pictured_gaps FOLDER``, whe
 of them with a shadow and a third in nearly the colour of the ground. It has a gap of one of the `KINDS`: two ends in
 plain sight, with caps of another colour or without; the same, with a strip over one of them; a strip across it, of
 another photograph that is tinted or of one colour; the tip of such a strip; a sleeve of another colour; or the mask
-alone is broken. Printed is how often as many cables are found as there are, with the image and by the mask alone, and
-how often what is wrong with the image is stated above .9.
+alone is broken. Depth is that of a cable on a table or above it, with a depth camera's errors. Printed is how often as
+many cables are found as there are, and how often what is wrong is stated above .9: by the mask alone, and with more.
 """
 
 from __future__ import annotations
@@ -21,10 +21,19 @@ import numpy as np
 import numpy.typing as npt
 
 import dloftbs
+from benchmarks.gap_relief import Relief
 from dloftbs import Frame
 
 GROUNDS = ("networks/ewd/*.jpg", "mbest/*/*.jpg", "cables/*.jpg")
 KINDS = ("ends in sight", "ends by a strip", "under a strip", "under a tip", "under a sleeve", "mask broken")
+GIVEN = {
+    "mask alone": (),
+    "image": ("image",),
+    "depth": ("depth", "camera"),
+    "image and depth": ("image", "depth", "camera"),
+}
+"""What is given besides the mask, and the names of it."""
+
 ENDS = KINDS[:2]
 """Kinds that show two cables."""
 
@@ -53,31 +62,36 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--number", type=int, default=100, help="frames of each kind over each kind of ground")
     given = parser.parse_args()
-    print("| grounds | gap | frames | right, image | right, mask alone | wrong and above .9 |")
-    print("| --- | --- | ---: | ---: | ---: | ---: |")
+    print(f"| grounds | gap | frames | {' | '.join(GIVEN)} |")
+    print("| --- | --- | ---: |" + " ---: |" * len(GIVEN))
     for pattern in GROUNDS:
         grounds = sorted(given.folder.glob(pattern))
         for kind in KINDS if grounds else ():
-            read = [_read(gap) for gap in list_gaps(grounds, kind, given.seed, given.number)]
-            counts = " | ".join(str(sum(one[k] for one in read)) for k in range(3))
-            print(f"| {pattern} | {kind} | {len(read)} | {counts} |", flush=True)
+            read = np.sum([_read(gap) for gap in list_gaps(grounds, kind, given.seed, given.number)], axis=0)
+            cells = " | ".join(f"{right}, {sure}" for right, sure in read.tolist())
+            print(f"| {pattern} | {kind} | {given.number} | {cells} |", flush=True)
 
 
-def _read(gap: Gap) -> tuple[bool, bool, bool]:
-    """Return whether the number of cables is right with the image, and by the mask alone; and if it is surely wrong."""
-    found = dloftbs.detect(gap.frame).detections
-    is_right = len(found) == len(gap.cables)
-    is_sure = min((one.confidence for one in found), default=1.0) > _SURE
-    return is_right, len(dloftbs.detect(Frame(mask=gap.frame.mask))) == len(gap.cables), is_sure and not is_right
+def _read(gap: Gap) -> list[tuple[bool, bool]]:
+    """Return whether the number of cables is right, and if it is surely wrong, by each of what is `GIVEN`."""
+    found = []
+    for names in GIVEN.values():
+        result = dloftbs.detect(Frame(mask=gap.frame.mask, **{name: getattr(gap.frame, name) for name in names}))
+        is_right = len(result) == len(gap.cables)
+        is_sure = min((one.confidence for one in result), default=1.0) > _SURE
+        found.append((is_right, is_sure and not is_right))
+    return found
 
 
 def list_gaps(grounds: Sequence[Path], kind: str, seed: int, number: int) -> Iterator[Gap]:
-    """Yield frames of one of the `KINDS`, with image and mask."""
+    """Yield frames of one of the `KINDS`, with image, mask and depth."""
     for index in range(number):
-        yield _draw(np.random.default_rng((seed, index, KINDS.index(kind))), grounds, kind)
+        key = seed, index, KINDS.index(kind)
+        relief = Relief(_SIZE, np.random.default_rng((*key, 1)))
+        yield _draw(np.random.default_rng(key), relief, grounds, kind)
 
 
-def _draw(rng: np.random.Generator, grounds: Sequence[Path], kind: str) -> Gap:
+def _draw(rng: np.random.Generator, relief: Relief, grounds: Sequence[Path], kind: str) -> Gap:
     height, across_px = _SIZE
     image, mask = _patch(rng, grounds), np.zeros(_SIZE, np.uint8)
     is_thin, colour = bool(rng.random() < 0.5), _colour(rng)
@@ -102,6 +116,7 @@ def _draw(rng: np.random.Generator, grounds: Sequence[Path], kind: str) -> Gap:
     for one in cables:
         _stroke(image, one, colour, width)
         _stroke(mask, one, (255,), width)
+        _raise(relief, one, width)
     if kind == "ends in sight":
         cap, of_caps = int(rng.choice([0.0, 1.5, 2.5]) * width), _colour(rng)
         for one in (cables[0][-cap:], cables[1][:cap]) if cap else ():
@@ -110,23 +125,23 @@ def _draw(rng: np.random.Generator, grounds: Sequence[Path], kind: str) -> Gap:
     elif kind == "mask broken":
         mask[:, np.abs(np.arange(across_px) - middle) < 0.5 * gap] = 0
     else:
-        cover = _cover(rng, curve, kind, *covered, width)
+        cover = _cover(rng, relief, curve, kind, *covered, width)
         paint = np.broadcast_to(_colour(rng), image.shape)
         if kind != "under a sleeve" and rng.random() < 0.5:
             paint = 0.5 * _patch(rng, grounds) + 0.5 * paint
         image[cover], mask[cover] = paint[cover], 0
     seen = cv2.GaussianBlur(image, (0, 0), 0.7) + rng.normal(0.0, _NOISE, image.shape)
-    return Gap(Frame(mask=mask > 127, image=np.clip(seen, 0.0, 255.0).astype(np.uint8)), cables)
+    depth, camera = relief.measure(mask > 127)
+    image = np.clip(seen, 0.0, 255.0).astype(np.uint8)
+    return Gap(Frame(mask=mask > 127, image=image, depth=depth, camera=camera), cables)
 
 
 def _cover(
-    rng: np.random.Generator, curve: _Points, kind: str, middle: float, gap: float, width: int
+    rng: np.random.Generator, relief: Relief, curve: _Points, kind: str, middle: float, gap: float, width: int
 ) -> npt.NDArray[np.bool_]:
     """Return the pixels that a sleeve, a strip or the tip of one covers."""
     if kind == "under a sleeve":
-        band = np.zeros(_SIZE, np.uint8)
-        _stroke(band, curve[np.abs(curve[:, 0] - middle) < 0.5 * gap], (255,), int(rng.uniform(1.0, 1.6) * width))
-        return band > 0
+        return _raise(relief, curve[np.abs(curve[:, 0] - middle) < 0.5 * gap], int(rng.uniform(1.0, 1.6) * width))
     row, column = np.mgrid[: _SIZE[0], : _SIZE[1]]
     turn, at = rng.uniform(-1.0, 1.0), float(np.interp(middle, *curve.T))
     across, down = column - middle, row - at
@@ -134,7 +149,16 @@ def _cover(
     if kind == "under a tip":
         beyond = rng.choice([-1.0, 1.0]) * (down * np.cos(turn) - across * np.sin(turn))
         strip &= beyond < rng.uniform(0.7, 2.0) * width
+    relief.add_cover(strip)
     return np.asarray(strip)
+
+
+def _raise(relief: Relief, points: _Points, width: int) -> npt.NDArray[np.bool_]:
+    """Add a cable along some points to the relief, and return its pixels."""
+    band = np.zeros(_SIZE, np.uint8)
+    _stroke(band, points, (255,), width)
+    relief.add_cable(band > 127, width)
+    return band > 0
 
 
 def _cast_shadow(image: _Image, cables: Sequence[_Points], shift: _Points, width: int) -> None:

@@ -49,11 +49,11 @@ class Scene:
         self.ways = np.column_stack((tips, np.cos(angle), np.sin(angle)))
         self.pairs = rng.integers(0, len(self.ends), (3, 2))
 
-    def describe(self, asked: np.ndarray, told: np.ndarray) -> np.ndarray:
+    def describe(self, asked: np.ndarray, covered: np.ndarray) -> np.ndarray:
         """Return what the image shows of some ways."""
         ways, steps = lay_ways(self.ways, self.pairs, self.width)
-        known = self.references()
-        return describe_pixels(self.image, self.mask, self.pairs[asked], asked, ways, steps, *known, self.width, told)
+        ours = self.image, self.mask, self.pairs[asked], asked
+        return describe_pixels(*ours, ways, steps, *self.references(), self.width, covered)
 
     def references(self) -> tuple[np.ndarray, ...]:
         return sample_references(self.image, self.mask, self.points, self.spans, self.ends, self.width)

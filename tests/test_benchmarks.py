@@ -53,6 +53,9 @@ def test_a_gap_over_a_photograph_shows_its_cables_and_is_the_same_again(kind: st
     count, _ = cv2.connectedComponents(once.frame.mask.astype(np.uint8))
     assert count - 1 == 2  # all kinds have one gap
     assert (once.frame.image == again.frame.image).all()
+    assert once.frame.depth is not None
+    assert again.frame.depth is not None
+    np.testing.assert_array_equal(once.frame.depth, again.frame.depth)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,10 +10,10 @@ from scipy.optimize import minimize
 
 from benchmarks.fit_linking.readings import Choice, Floats
 from dloftbs.linking.kernels.joint_features import GAP_SEEN, OTHER_COLOUR
-from dloftbs.linking.kernels.weights import JOINT
+from dloftbs.linking.kernels.weights import JOINT, OPEN
 
-_HELD = {column: JOINT[column] for column in (OTHER_COLOUR, GAP_SEEN)}
-"""Weights that are not fitted here: one is counted, the other one is that of log-odds."""
+ALWAYS_HELD = (OTHER_COLOUR, GAP_SEEN)
+"""Columns whose weights are not fitted here: one is counted, the other one is that of log-odds."""
 
 _PRIOR_SD = 10.0  # of a weight times the root mean square of its column, nats: it keeps unused columns at 0
 _MAX_WEIGHT = 3.0  # of a choice of a small source
@@ -55,10 +55,11 @@ def balance(names: Sequence[str]) -> Floats:
     return np.array([min(even / counts[name], _MAX_WEIGHT) * _WORTH.get(name, 1.0) for name in names])
 
 
-def fit(choices: Sequence[Choice]) -> Fit:
-    """Return the weights under which the true readings are the most probable."""
+def fit(choices: Sequence[Choice], held: Collection[int] = ALWAYS_HELD) -> Fit:
+    """Return the weights under which the true readings are the most probable; some columns keep those in use."""
     all_of, worth = Choices(choices), balance([choice.source for choice in choices])
-    scale = np.maximum(np.sqrt((all_of.rows**2).mean(axis=0)), 1e-9)
+    scale = np.sqrt((all_of.rows**2).mean(axis=0))
+    scale[scale == 0.0] = np.inf  # the weight of a column that is not used is 0
     rows, prior = all_of.rows / scale, 1.0 / _PRIOR_SD**2
 
     def loss(scaled: Floats) -> tuple[float, Floats]:
@@ -69,17 +70,20 @@ def fit(choices: Sequence[Choice]) -> Fit:
 
     start = np.ones(rows.shape[1])
     bounds: list[tuple[float | None, float | None]] = [(None, None)] * len(start)
-    for column, weight in _HELD.items():
-        start[column] = weight * scale[column]
+    in_use = np.concatenate((JOINT, OPEN))
+    for column in held:
+        start[column] = in_use[column] * scale[column] if np.isfinite(scale[column]) else 0.0
         bounds[column] = start[column], start[column]
     found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 3000}).x
     shares = all_of.probabilities(found / scale)
     expected = np.add.reduceat(shares[:, None] * rows, all_of.first)
     spread = rows - expected[all_of.of]
     curvature = (spread * (shares * worth[all_of.of])[:, None]).T @ spread + prior * np.eye(len(scale))
-    free, deviations = np.setdiff1d(np.arange(len(scale)), list(_HELD)), np.zeros(len(scale))
+    free, deviations = np.setdiff1d(np.arange(len(scale)), list(held)), np.zeros(len(scale))
     deviations[free] = np.sqrt(np.diag(np.linalg.inv(curvature[np.ix_(free, free)]))) / scale[free]
-    return Fit(found / scale, deviations)
+    weights = found / scale
+    weights[list(held)] = in_use[list(held)]
+    return Fit(weights, deviations)
 
 
 def count_wrong(choices: Sequence[Choice], weights: Floats) -> int:

@@ -22,6 +22,7 @@ SOURCES = {
     "covered": "one and three cables of the kinds behind discs, the mask alone",
     "hidden": "one, three and five cables behind moving discs and bars, with mask, image, depth and occluders",
     "simulated": "a cable moved by MuJoCo, in perspective",
+    "recorded": "one to three real cables' recorded motion, with depth, behind moving discs, with an image",
     "drawn": "edge cases: sharp bends, ends that face each other, T, Y, cables side by side, crossed rings, near frays",
     "broken": "drawn cables whose masks are broken in places, and ends of two that are as near to each other",
     "photographs": "of cables, with points along each or labelled pixels; nothing of them is kept",
@@ -64,8 +65,10 @@ class Scene:
     off_px: float = 0.0
 
 
-def list_scenes(source: str, seed: int, amount: float, photographs: Path) -> Iterator[Scene]:
-    """Yield the scenes of one source; photographs and masks are the same with every seed.
+def list_scenes(source: str, seed: int, amount: float, photographs: Path, *, whole: bool = False) -> Iterator[Scene]:
+    """Yield the scenes of one source, and these again with less evidence, but for those that are asked for as a whole.
+
+    Photographs and masks are the same with every seed.
 
     Raises
     ------
@@ -80,19 +83,33 @@ def list_scenes(source: str, seed: int, amount: float, photographs: Path) -> Ite
         return
     if source == "simulated" and not synthetic.simulation_available():
         raise SystemExit(f"no simulator: {synthetic.SIMULATION_REMEDY}")
-    for sequence, step in _sequences(source, seed, amount):
+    for sequence, step in _sequences(source, seed, amount, photographs / "motion"):
         for index in range(0, len(sequence), step):
             truth = sequence.truth(index)
             if truth.curves:
-                curves = tuple(curve.sample(max(int(curve.length), 20)) for curve in truth.curves)
-                scene = Scene(source, sequence.frame(index), curves, truth)
-                yield from [scene] if sequence.name == _UNREADABLE else _with_less(scene)
+                scene = of_truth(source, sequence.frame(index), truth)
+                yield from [scene] if whole or sequence.name == _UNREADABLE else _with_less(scene)
 
 
-def _sequences(source: str, seed: int, amount: float) -> Iterator[tuple[KnownSequence, int]]:
+def of_truth(source: str, frame: Frame, truth: Truth) -> Scene:
+    """Return a scene of a frame whose truth is known."""
+    return Scene(source, frame, tuple(curve.sample(max(int(curve.length), 20)) for curve in truth.curves), truth)
+
+
+def _sequences(source: str, seed: int, amount: float, recordings: Path) -> Iterator[tuple[KnownSequence, int]]:
     """Yield sequences and the step from one of their frames to the next that counts."""
     many = max(round(6 * amount), 1)
-    if source == "specks":
+    if source == "recorded":
+        missing = synthetic.missing_recordings(recordings)
+        if missing is not None:
+            raise SystemExit(missing)
+        yield from (
+            (synthetic.RealMotionSequence(recordings, cables, variant, number, seed=seed), 10)
+            for variant in ("depth", "occluders and depth", "occluders and image")
+            for cables in (1, 2, 3)
+            for number in range(max(many // 2, 1))
+        )
+    elif source == "specks":
         for number in range(2 * many):
             yield synthetic.RealFootageSequence("specks", number, size=_SMALL, seed=seed), 4
     elif source == "drawn":

@@ -13,7 +13,7 @@ from dloftbs import Config, Frame, Pipeline
 from dloftbs.config import SegmentationConfig
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
-from dloftbs.linking.kernels.pixel_weights import PIXELS
+from dloftbs.linking.kernels.evidence_weights import PIXELS
 from dloftbs_lab.synthetic import DemoSequence
 
 SIZE = (240, 400)
@@ -47,8 +47,10 @@ def log_odds(gap: tuple[int, int], cover: str, drift: float = 0.0) -> float:
     mask, image = scene(gap, cover, drift=drift)
     crop, graph = graph_of(mask)
     inner = np.argsort(np.abs(crop.to_image(graph.end_states[:, :2])[:, 0] - np.mean(gap)))[:2]
-    seen, pixels = EvidenceMap(crop, image).at(graph).across(np.sort(inner)[None])
-    assert not seen.any(), "nothing else is known"
+    length = np.hypot(*(graph.end_states[inner[0], :2] - graph.end_states[inner[1], :2]))
+    hidden, pixels, depths = EvidenceMap(crop, image).at(graph).across(np.sort(inner)[None], np.array([length]))
+    assert not hidden.any(), "nothing else is known"
+    assert not depths.any()
     return float(pixels[0] @ PIXELS)
 
 

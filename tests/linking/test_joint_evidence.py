@@ -11,8 +11,8 @@ import pytest
 from dloftbs.data.frame import Frame
 from dloftbs.data.graph import FREE
 from dloftbs.linking.joint_evidence import add_evidence
+from dloftbs.linking.kernels.evidence_weights import DEPTHS, PIXELS
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
-from dloftbs.linking.kernels.pixel_weights import PIXELS
 from dloftbs.linking.kernels.weights import JOINT
 from dloftbs.pipeline import Pipeline
 
@@ -35,8 +35,8 @@ class Depths:
     def differ_in_colour(self, pairs: np.ndarray) -> np.ndarray:
         return np.zeros(len(pairs), dtype=bool)
 
-    def across(self, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.zeros((len(pairs), 3)), np.zeros((len(pairs), len(PIXELS)))
+    def across(self, pairs: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return np.zeros(len(pairs)), np.zeros((len(pairs), len(PIXELS))), np.zeros((len(pairs), len(DEPTHS)))
 
 
 def swerve_of(depth: float, shared_depth: float, shared: bool) -> float:

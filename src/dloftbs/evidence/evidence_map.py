@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -18,14 +19,13 @@ from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence.kernels.colour_differences import compare_pairs
 from dloftbs.evidence.kernels.end_labels import label_ends
 from dloftbs.evidence.kernels.end_references import sample_cables, sample_references
-from dloftbs.evidence.kernels.gap_depths import DEPTH_NOISE_PER_M, judge_ways, measure_swerves, sample_depths
+from dloftbs.evidence.kernels.gap_depths import DEPTH_NOISE_PER_M, describe_depths, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import (
     describe_pixels,
     lay_ways,
-    list_unknown,
+    list_uncovered,
     mark_covered,
     mark_probable,
-    measure_ways,
 )
 from dloftbs.support.arrays import AnyArray, FloatArray, as_bytes
 from dloftbs.support.values import MILLIMETRE_M
@@ -35,11 +35,11 @@ _Ints = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class EvidenceMap:
-    """Evidence of a frame beside its mask, asked about gaps: depth, occluders, a probability, then the image.
+    """Evidence of a frame beside its mask, asked about gaps: occluders, a probability, depth, the image.
 
-    Depth shows what is nearer than the cables, and where the ground is seen; occluders hide what they cover, and say
-    nothing of other places, where something else may hide a cable. What is somewhat probable is seen as cable, and what
-    is not says nothing: a network is sure of the ground as well where something hides a cable.
+    Occluders hide what they cover, and say nothing of other places, where something else may hide a cable. What is
+    somewhat probable is seen as cable, and what is not says nothing: a network is sure of the ground as well where
+    something hides a cable. Depth and the image say of all other places how much they look like ground in sight.
 
     Parameters
     ----------
@@ -125,6 +125,11 @@ class EndEvidence:
         return self.frame.depth is not None and self.frame.camera is not None
 
     @property
+    def knows_covers(self) -> bool:
+        """True if occluders are given, or a probability: a gap may be covered, or seen as cable."""
+        return self.frame.occluders is not None or self.frame.soft is not None
+
+    @property
     def has_labels(self) -> bool:
         """True if single objects are labelled."""
         return self.frame.labels is not None
@@ -208,40 +213,48 @@ class EndEvidence:
         signs: FloatArray = np.where(one == other, 1.0, -1.0) * ((one > 0) & (other > 0))
         return signs
 
-    def across(self, pairs: _Ints) -> tuple[FloatArray, FloatArray]:
+    def across(self, pairs: _Ints, lengths: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return what lies between pairs of ends.
 
         Parameters
         ----------
         pairs : numpy.ndarray, shape (k, 2)
+        lengths : numpy.ndarray, shape (k,)
+            How far the ends of each pair are apart, px.
 
         Returns
         -------
-        seen : numpy.ndarray, shape (k, 3)
-            How much of each way is known to be the ground beside the cables, a cable, and neither, in widths.
+        hidden : numpy.ndarray, shape (k,)
+            Share of each way that occluders cover, or that is somewhat probable.
         pixels : numpy.ndarray, shape (k, 3)
             What the image shows of the rest, as `describe_pixels` returns it; 0 without an image.
+        depths : numpy.ndarray, shape (k, 2)
+            What depth shows of it, as `describe_depths` returns it; 0 without depth.
         """
         pixels: FloatArray = np.zeros((len(pairs), 3))
+        depths: FloatArray = np.zeros((len(pairs), 2))
         if len(pairs) == 0:
-            return np.zeros((0, 3)), pixels
+            return np.zeros(0), pixels, depths
         frame, width = self.frame, self.width
         ways, steps = lay_ways(self._states, pairs, width)
-        told: npt.NDArray[np.uint8] = np.zeros((len(pairs), ways.shape[1]), dtype=np.uint8)
+        covered: npt.NDArray[np.uint8] = np.zeros((len(pairs), ways.shape[1]), dtype=np.uint8)
         if frame.occluders is not None:
             occluders = as_bytes(frame.occluders.reshape(frame.occluders.shape[:2])[self._window])
-            mark_covered(occluders, ways, steps, told)
-        if frame.depth is not None:
-            judge_ways(*self._asked, self._depths, pairs, ways, steps, width, told)
+            mark_covered(occluders, ways, steps, covered)
         if frame.soft is not None:
-            mark_probable(frame.soft[self._window], self._mask, ways, steps, width, told)
+            mark_probable(frame.soft[self._window], self._mask, ways, steps, width, covered)
+        if frame.depth is not None:
+            focal = math.inf if frame.camera is None else frame.camera.fx
+            of_ways = pairs, ways, steps, lengths
+            depths = describe_depths(*self._asked, self._depths, *of_ways, focal, width, covered)
         if frame.image is not None:
-            asked, ends, numbers = list_unknown(self._mask, pairs, len(self._states), ways, steps, told, width)
+            asked, ends, numbers = list_uncovered(self._mask, pairs, len(self._states), ways, steps, covered, width)
             if len(asked):
                 image = frame.image[self._window]
                 colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)
-                pixels[asked] = describe_pixels(image, self._mask, numbers, asked, ways, steps, *colours, width, told)
-        return measure_ways(self._states, pairs, steps, told, width), pixels
+                seen = image, self._mask, numbers, asked, ways, steps
+                pixels[asked] = describe_pixels(*seen, *colours, width, covered)
+        return covered.sum(axis=1) / steps, pixels, depths
 
     @cached_property
     def _labels(self) -> _Ints:

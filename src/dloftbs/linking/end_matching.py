@@ -197,6 +197,7 @@ def list_joints(
         ends.corners,
         max_gap_widths * graph.width,
         evidence is not None,
+        evidence is not None and evidence.knows_covers,
         more,
     )
     if evidence is None or len(rows) == 0:

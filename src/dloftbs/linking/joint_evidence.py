@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.evidence import EndEvidence
+from dloftbs.linking.kernels.evidence_weights import DEPTHS, PIXELS
 from dloftbs.linking.kernels.joint_evidence import describe_seen, list_gaps
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE, OTHER_COLOUR
-from dloftbs.linking.kernels.pixel_weights import PIXELS
 
 _MAX_SWERVE_RAD = 0.4
 """Most of a swerve towards the camera or away from it that counts, rad.
@@ -42,8 +42,8 @@ def add_evidence(
     """
     gaps, lengths = list_gaps(nodes, states, pairs)
     own = ids[pairs]
-    seen, pixels = evidence.across(own[gaps])
-    describe_seen(seen, pixels @ PIXELS, gaps, lengths, pairs, roundness, evidence.width, joints)
+    hidden, pixels, depths = evidence.across(own[gaps], lengths[gaps])
+    describe_seen(hidden, pixels @ PIXELS + depths @ DEPTHS, gaps, pairs, roundness, joints)
     is_own = ~are_shared(ids)[pairs].any(axis=1)
     if evidence.tells_swerves:
         joints[:, DEPTH_SWERVE] = swerve_bends(evidence.swerves(own, lengths) * is_own)

@@ -8,9 +8,9 @@ import numpy.typing as npt
 from dloftbs.data.graph import UNAVAILABLE, Graph, branch_of, ends_of, other_end, start_of, stop_of
 from dloftbs.evidence import EndEvidence
 from dloftbs.linking.joint_evidence import add_evidence
-from dloftbs.linking.kernels.joint_features import GAP_HIDDEN, GAP_LENGTH, GAP_ROUND, GAP_SEEN, describe_pairs, prices
+from dloftbs.linking.kernels.evidence_weights import MAX_SEEN
+from dloftbs.linking.kernels.joint_features import GAP_LENGTH, GAP_ROUND, GAP_SEEN, describe_pairs, prices
 from dloftbs.linking.kernels.path_cover import cover
-from dloftbs.linking.kernels.pixel_weights import MAX_SEEN
 from dloftbs.linking.kernels.weights import JOINT
 from dloftbs.linking.matched_ends import EndMatching
 
@@ -98,8 +98,8 @@ def _list_pairs(
     joints = describe_pairs(states, ends[pairs], nodes, roundness, width)
     extra = prices(joints, JOINT) - open_cost[ends[pairs]].sum(axis=1)
     if evidence is not None:  # at best it shows that a gap is hidden all along
-        extra += JOINT[GAP_HIDDEN] * joints[:, GAP_LENGTH] - JOINT[GAP_ROUND] * joints[:, GAP_ROUND]
-        extra += JOINT[GAP_SEEN] * MAX_SEEN * (joints[:, GAP_LENGTH] > 0.0)
+        extra -= JOINT[GAP_LENGTH] * joints[:, GAP_LENGTH] * evidence.knows_covers
+        extra += JOINT[GAP_SEEN] * MAX_SEEN * (joints[:, GAP_LENGTH] > 0.0) - JOINT[GAP_ROUND] * joints[:, GAP_ROUND]
     kept = np.sort(np.argsort(extra, kind="stable")[:_MAX_PAIRS])
     pairs, joints = pairs[kept], joints[kept]
     own = ends[pairs]

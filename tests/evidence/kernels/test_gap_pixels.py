@@ -9,19 +9,16 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
 from dloftbs.evidence.kernels.gap_pixels import (
-    IS_CABLE,
-    IS_NEITHER,
     describe_pixels,
     lay_ways,
-    list_unknown,
+    list_uncovered,
     mark_probable,
-    measure_ways,
 )
 
 seeds = st.integers(0, 2**31)
 
 
-def literal_description(scene: Scene, p: int, told: np.ndarray) -> list[float]:
+def literal_description(scene: Scene, p: int, covered: np.ndarray) -> list[float]:
     """Return what an image shows of one way."""
     i, j = scene.pairs[p]
     ground, cable = zip(*(literal_references(scene, int(scene.ends[e])) for e in (i, j)), strict=True)
@@ -32,7 +29,7 @@ def literal_description(scene: Scene, p: int, told: np.ndarray) -> list[float]:
     # The second end's direction points out of its run, so the way comes in against it.
     way = CubicHermiteSpline([0.0, 1.0], [(ax, ay), (bx, by)], np.array([(adx, ady), (-bdx, -bdy)]) * length)
     clear = [k for k in range(1, steps) if scene.is_clear(*way(k / steps))]
-    unknown = [k / steps for k in clear if told[p, k] == 0]
+    unknown = [k / steps for k in clear if covered[p, k] == 0]
     colours = [(t, scene.colour_at(*way(t))) for t in unknown if scene.colour_at(*way(t)) is not None]
     if len(grounds) == 0 or len(cables) == 0 or not colours:
         return [0.0, 0.0, 0.0]
@@ -57,46 +54,33 @@ def test_the_description_is_that_of_the_literal_twin(seed: int) -> None:
     scene = Scene(seed)
     rng = np.random.default_rng(seed)
     asked = rng.permutation(len(scene.pairs))[: rng.integers(1, len(scene.pairs) + 1)]
-    told = (rng.random((len(scene.pairs), 25)) < rng.choice([0.0, 0.3])).astype(np.uint8)
-    expected = [literal_description(scene, p, told) for p in asked]
-    np.testing.assert_allclose(scene.describe(asked, told), expected, rtol=1e-9, atol=1e-12)
+    covered = (rng.random((len(scene.pairs), 25)) < rng.choice([0.0, 0.3])).astype(np.uint8)
+    expected = [literal_description(scene, p, covered) for p in asked]
+    np.testing.assert_allclose(scene.describe(asked, covered), expected, rtol=1e-9, atol=1e-12)
 
 
 @given(seeds)
-def test_no_more_is_seen_than_the_way_is_long(seed: int) -> None:
+def test_places_that_are_covered_are_not_looked_at(seed: int) -> None:
     scene = Scene(seed)
     ways, steps = lay_ways(scene.ways, scene.pairs, scene.width)
-    told = np.random.default_rng(seed).integers(0, 4, ways.shape[:2]).astype(np.uint8)
-    seen = measure_ways(scene.ways, scene.pairs, steps, told, scene.width)
-    straight = np.hypot(*(scene.ways[scene.pairs[:, 0], :2] - scene.ways[scene.pairs[:, 1], :2]).T) / scene.width
-    for p, count in enumerate(steps):
-        shares = [(told[p, 1:count] == code).sum() / count for code in (1, 2, 3)]
-        np.testing.assert_allclose(seen[p], np.multiply(shares, straight[p]))
-    assert (seen.sum(axis=1) <= straight + 1e-9).all()
-
-
-@given(seeds)
-def test_places_that_are_known_are_not_looked_at(seed: int) -> None:
-    scene = Scene(seed)
-    ways, steps = lay_ways(scene.ways, scene.pairs, scene.width)
-    known = np.ones(ways.shape[:2], np.uint8)
+    covered = np.ones(ways.shape[:2], np.uint8)
     found = describe_pixels(
-        scene.image, scene.mask, scene.pairs, np.arange(3), ways, steps, *scene.references(), scene.width, known
+        scene.image, scene.mask, scene.pairs, np.arange(3), ways, steps, *scene.references(), scene.width, covered
     )
     assert (found == 0.0).all()
 
 
 @given(seeds)
-def test_ways_without_an_unknown_place_beside_the_mask_are_not_asked(seed: int) -> None:
+def test_ways_without_an_uncovered_place_beside_the_mask_are_not_asked(seed: int) -> None:
     scene = Scene(seed)
     ways, steps = lay_ways(scene.ways, scene.pairs, scene.width)
-    told = np.random.default_rng(seed).choice([0, 1], ways.shape[:2], p=(0.1, 0.9)).astype(np.uint8)
-    asked, ends, numbers = list_unknown(scene.mask, scene.pairs, len(scene.ways), ways, steps, told, scene.width)
-    unknown = [
-        any(told[p, k] == 0 and scene.is_clear(*ways[p, k, :2]) for k in range(1, steps[p]))
+    covered = np.random.default_rng(seed).choice([0, 1], ways.shape[:2], p=(0.1, 0.9)).astype(np.uint8)
+    asked, ends, numbers = list_uncovered(scene.mask, scene.pairs, len(scene.ways), ways, steps, covered, scene.width)
+    uncovered = [
+        any(covered[p, k] == 0 and scene.is_clear(*ways[p, k, :2]) for k in range(1, steps[p]))
         for p in range(len(scene.pairs))
     ]
-    assert asked.tolist() == np.flatnonzero(unknown).tolist()
+    assert asked.tolist() == np.flatnonzero(uncovered).tolist()
     assert ends.tolist() == sorted(set(scene.pairs[asked].ravel().tolist()))
     np.testing.assert_array_equal(ends[numbers], scene.pairs[asked])
 
@@ -109,9 +93,9 @@ def test_places_that_are_somewhat_probable_are_those_of_the_literal_twin(seed: i
     states = np.column_stack((rng.uniform(-4.0, 88.0, 6), rng.uniform(-4.0, 64.0, 6), np.ones(6), np.zeros(6)))
     width = rng.uniform(1.0, 9.0)
     ways, steps = lay_ways(states, np.array([(0, 1), (2, 3), (4, 5)]), width)
-    told = rng.choice(np.array([0, 0, IS_NEITHER], np.uint8), ways.shape[:2])
-    expected = told.copy()
-    for p, k in np.ndindex(told.shape):
+    covered = rng.choice(np.array([0, 0, 2], np.uint8), ways.shape[:2])
+    expected = covered.copy()
+    for p, k in np.ndindex(covered.shape):
         x, y, dx, dy = ways[p, k]
         near = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
         on_mask = any(pixel(mask, x + across, y + down) for across, down in near)
@@ -119,10 +103,10 @@ def test_places_that_are_somewhat_probable_are_those_of_the_literal_twin(seed: i
         seen = max(pixel(soft, *place) for place in places)
         beside = max(pixel(soft, x - a * width * dy, y + a * width * dx) for a in (-1.0, 1.0))
         is_ridge = all(within(soft, *place) for place in places) and seen > beside
-        if 0 < k < steps[p] and told[p, k] == 0 and not on_mask and is_ridge and seen >= 16:
-            expected[p, k] = IS_CABLE
-    mark_probable(soft, mask, ways, steps, width, told)
-    np.testing.assert_array_equal(told, expected)
+        if 0 < k < steps[p] and covered[p, k] == 0 and not on_mask and is_ridge and seen >= 16:
+            expected[p, k] = 1
+    mark_probable(soft, mask, ways, steps, width, covered)
+    np.testing.assert_array_equal(covered, expected)
 
 
 def within(pixels: np.ndarray, x: float, y: float) -> bool:

@@ -6,12 +6,11 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dloftbs.linking.kernels.evidence_weights import SHARE_IN_SIGHT
 from dloftbs.linking.kernels.joint_evidence import describe_seen, list_gaps
-from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND, GAP_SEEN
-from dloftbs.linking.kernels.pixel_weights import SHARE_IN_SIGHT
+from dloftbs.linking.kernels.joint_features import GAP_LENGTH, GAP_ROUND, GAP_SEEN
 from dloftbs.linking.kernels.weights import JOINT
 
-WIDTH = 6.0
 seeds = st.integers(0, 2**31)
 
 
@@ -38,21 +37,18 @@ def test_gaps_are_the_pairs_that_meet_in_no_junction(seed: int) -> None:
 def test_what_is_seen_is_written_and_a_hidden_end_has_any_shape(seed: int) -> None:
     rng = np.random.default_rng(seed)
     nodes, ids, pairs, _ = random_ends(rng)
-    gaps, lengths = list_gaps(nodes, rng.uniform(0.0, 60.0, (len(ids), 6)), pairs)
-    seen = rng.uniform(0.0, 6.0, (len(gaps), 3)) * rng.integers(0, 2, (len(gaps), 3))
+    gaps, _ = list_gaps(nodes, rng.uniform(0.0, 60.0, (len(ids), 6)), pairs)
+    hidden = rng.uniform(0.0, 1.0, len(gaps)) * rng.integers(0, 2, len(gaps))
     log_odds = rng.uniform(-9.0, 9.0, len(gaps)) * rng.integers(0, 2, len(gaps))
     roundness, joints = rng.uniform(0.0, 1.0, len(ids)), rng.uniform(0.0, 1.0, (len(pairs), len(JOINT)))
     expected, covered = joints.copy(), np.zeros(len(ids))
-    for k, (ground, cable, neither), shown in zip(gaps.tolist(), seen.tolist(), log_odds.tolist(), strict=True):
-        length = max(lengths[k] / WIDTH, 1e-9)
-        ground = ground if ground >= 0.15 * length else 0.0
-        hidden = min(cable + neither, length)
-        expected[k, GAP_GROUND], expected[k, GAP_HIDDEN] = min(ground, 0.5), hidden
-        expected[k, GAP_SEEN] = -np.log(SHARE_IN_SIGHT * np.exp(-shown) + 1.0 - SHARE_IN_SIGHT)
+    for k, share, shown in zip(gaps.tolist(), hidden.tolist(), log_odds.tolist(), strict=True):
+        expected[k, GAP_SEEN] = -np.log(SHARE_IN_SIGHT * (1.0 - share) * np.exp(-shown) + 1.0 - SHARE_IN_SIGHT)
+        expected[k, GAP_LENGTH] *= 1.0 - share
         for end in pairs[k]:
-            covered[end] = max(covered[end], (hidden - ground) / length, 2.0 / (1.0 + np.exp(-shown)) - 1.0)
+            covered[end] = max(covered[end], share, 2.0 / (1.0 + np.exp(-shown)) - 1.0)
     for k, pair in enumerate(pairs):
         left = (roundness[pair] * (1.0 - covered[pair])).sum()
         expected[k, GAP_ROUND] *= left / max(roundness[pair].sum(), 1e-9)
-    describe_seen(seen, log_odds, gaps, lengths, pairs, roundness, WIDTH, joints)
+    describe_seen(hidden, log_odds, gaps, pairs, roundness, joints)
     np.testing.assert_allclose(joints, expected, rtol=1e-9)

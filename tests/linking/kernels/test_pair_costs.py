@@ -7,9 +7,9 @@ import pytest
 from tests.linking.kernels.test_joint_features import WIDTH, arm
 
 from dloftbs.linking.kernels import joint_features as columns
+from dloftbs.linking.kernels.evidence_weights import MAX_SEEN
 from dloftbs.linking.kernels.joint_features import prices
 from dloftbs.linking.kernels.pair_costs import FOLD_COST, junction_costs, pair_costs
-from dloftbs.linking.kernels.pixel_weights import MAX_SEEN
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 
 OPEN_JUNCTION, OPEN_KINK, OPEN_FREE = OPEN[columns.OPEN_JUNCTION], OPEN[columns.OPEN_KINK], OPEN[columns.OPEN_FREE]
@@ -57,13 +57,14 @@ def costs_of(
         "corners": np.full(len(nodes), -1),
         "max_gap": 100.0,
         "asked": False,
+        "covers": False,
         "more": 0.0,
         **changes,
     }
     one, two, joints, opens = pair_costs(
         nodes, given_["end_id"], given_["spur"], given_["end_roundness"], states, WIDTH,
         given_["bordering"], given_["corners"], given_["max_gap"], given_["asked"],
-        given_["more"],
+        given_["covers"], given_["more"],
     )  # fmt: skip
     assert (one < two).all()
     costs = prices(joints, JOINT).tolist()
@@ -106,22 +107,20 @@ def test_costlier_pairs_are_listed_where_they_may_be() -> None:
 
 
 def test_what_evidence_may_still_join_is_listed() -> None:
-    """It may show that a gap is hidden all along; then neither its length nor the shape of its ends counts as much."""
-    nodes, states = two_dashes(1.2 * 2 * OPEN_FREE * WIDTH / GAP_LENGTH)
-    hidden = (GAP_LENGTH + JOINT[columns.GAP_HIDDEN]) * 1.2 * 2 * OPEN_FREE / GAP_LENGTH
-    assert hidden < 2 * OPEN_FREE
-    for roundness in (0.0, 1.0):
-        ends = np.full(4, roundness)
-        assert costs_of(nodes, states, max_gap=1e3, end_roundness=ends)[0] == {}
-        assert len(costs_of(nodes, states, max_gap=1e3, end_roundness=ends, asked=True)[0]) == 1
-
-
-def test_what_an_image_may_still_join_is_listed() -> None:
-    """It may say for a gap as much as it says at most, besides all that is hidden."""
-    at_most = (2 * OPEN_FREE + MAX_SEEN) / (GAP_LENGTH + JOINT[columns.GAP_HIDDEN]) * WIDTH
+    """It may say for a gap as much as it says at most, and that the ends have any shape."""
+    at_most = (2 * OPEN_FREE + MAX_SEEN) / GAP_LENGTH * WIDTH
     for length, count in ((0.99 * at_most, 1), (1.01 * at_most, 0)):
         nodes, states = two_dashes(length)
-        assert len(costs_of(nodes, states, max_gap=1e3, end_roundness=np.ones(4), asked=True)[0]) == count
+        for roundness in (0.0, 1.0):
+            ends = np.full(4, roundness)
+            assert costs_of(nodes, states, max_gap=1e3, end_roundness=ends)[0] == {}
+            assert len(costs_of(nodes, states, max_gap=1e3, end_roundness=ends, asked=True)[0]) == count
+
+
+def test_a_covered_gap_is_listed_however_long_it_is() -> None:
+    nodes, states = two_dashes(2.0 * (2 * OPEN_FREE + MAX_SEEN) / GAP_LENGTH * WIDTH)
+    assert costs_of(nodes, states, max_gap=1e3, asked=True)[0] == {}
+    assert (1, 2) in costs_of(nodes, states, max_gap=1e3, asked=True, covers=True)[0]
 
 
 def test_a_gap_that_is_too_long_is_none() -> None:

@@ -20,12 +20,6 @@ from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y
 from dloftbs.kernels.shared.soft_masks import LEAST_PROBABLE, ridge_at
 
-IS_GROUND, IS_CABLE, IS_NEITHER = 1, 2, 3
-"""Codes of the places of a way; 0 is unknown.
-
-Source: by definition.
-"""
-
 _STEP_WIDTHS = 0.5
 """Distance between two samples along a gap, widths.
 
@@ -119,16 +113,16 @@ def lay_ways(
 
 
 @kernel(read(uint8, 2), read(int64, 2), int64, read(float64, 3), read(int64, 1), read(uint8, 2), float64)
-def list_unknown(
+def list_uncovered(
     mask: npt.NDArray[np.uint8],
     pairs: npt.NDArray[np.int64],
     count: int,
     ways: npt.NDArray[np.float64],
     steps: npt.NDArray[np.int64],
-    told: npt.NDArray[np.uint8],
+    covered: npt.NDArray[np.uint8],
     width: float,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """List the ways between ends that have an unknown place beside the mask, and their ends: others need no image.
+    """List the ways between ends with a place beside the mask that is not covered, and their ends.
 
     Parameters
     ----------
@@ -139,8 +133,8 @@ def list_unknown(
         Number of ends.
     ways, steps
         As `lay_ways` makes them.
-    told : (k, s) uint8
-        What is at their places; 0 is unknown.
+    covered : (k, s) uint8
+        Their places that are 0 are looked at.
     width : float
         px.
 
@@ -154,13 +148,13 @@ def list_unknown(
         Places in `ends` of the ends of each of these ways.
     """
     clear = CLEAR_WIDTHS * width + CLEAR_PX
-    unknown = np.zeros(len(ways), dtype=np.bool_)
+    uncovered = np.zeros(len(ways), dtype=np.bool_)
     for p in range(len(ways)):
         k = 1
-        while k < steps[p] and not unknown[p]:
-            unknown[p] = told[p, k] == 0 and not is_on_mask(mask, ways[p, k, 0], ways[p, k, 1], clear)
+        while k < steps[p] and not uncovered[p]:
+            uncovered[p] = covered[p, k] == 0 and not is_on_mask(mask, ways[p, k, 0], ways[p, k, 1], clear)
             k += 1
-    asked = np.flatnonzero(unknown)
+    asked = np.flatnonzero(uncovered)
     number = np.full(count, -1, dtype=np.int64)
     for n in range(len(asked)):
         number[pairs[asked[n], 0]] = number[pairs[asked[n], 1]] = 0
@@ -192,7 +186,7 @@ def describe_pixels(
     middle: npt.NDArray[np.float64],
     spread: npt.NDArray[np.float64],
     width: float,
-    told: npt.NDArray[np.uint8],
+    covered: npt.NDArray[np.uint8],
 ) -> npt.NDArray[np.float64]:
     """Describe how much more the ways between ends look like the ground before these ends than like the cables.
 
@@ -215,8 +209,8 @@ def describe_pixels(
         As `sample_references` makes them.
     width : float
         px.
-    told : (k, s) uint8
-        What else is known of the places; only those that are 0, unknown, are looked at.
+    covered : (k, s) uint8
+        Where it is not 0, a place is not looked at.
 
     Returns
     -------
@@ -242,7 +236,7 @@ def describe_pixels(
             if is_on_mask(mask, x, y, clear):
                 continue
             places += 1
-            if told[p, k] != 0 or not block_mean(image, x, y, half, colour):
+            if covered[p, k] != 0 or not block_mean(image, x, y, half, colour):
                 continue
             looked += 1
             as_ground = as_cable = 1.0
@@ -264,7 +258,7 @@ def mark_covered(
     occluders: npt.NDArray[np.uint8],
     ways: npt.NDArray[np.float64],
     steps: npt.NDArray[np.int64],
-    told: npt.NDArray[np.uint8],
+    covered: npt.NDArray[np.uint8],
 ) -> None:
     """Mark the places of the ways between ends that occluders cover.
 
@@ -273,15 +267,15 @@ def mark_covered(
     occluders : (h, w) uint8
     ways, steps
         As `lay_ways` makes them.
-    told : (k, s) uint8
-        `IS_NEITHER` is written there.
+    covered : (k, s) uint8
+        1 is written there.
     """
     for p in range(len(ways)):
         for k in range(1, steps[p]):
             row, column = int(np.rint(ways[p, k, 1])), int(np.rint(ways[p, k, 0]))
             inside = 0 <= row < occluders.shape[0] and 0 <= column < occluders.shape[1]
             if inside and occluders[row, column] != 0:
-                told[p, k] = IS_NEITHER
+                covered[p, k] = 1
 
 
 @kernel(read(uint8, 2), read(uint8, 2), read(float64, 3), read(int64, 1), float64, write(uint8, 2))
@@ -291,7 +285,7 @@ def mark_probable(
     ways: npt.NDArray[np.float64],
     steps: npt.NDArray[np.int64],
     width: float,
-    told: npt.NDArray[np.uint8],
+    covered: npt.NDArray[np.uint8],
 ) -> None:
     """Mark the places of the ways between ends, beside the mask, where there is a ridge of what is somewhat probable.
 
@@ -304,52 +298,13 @@ def mark_probable(
         As `lay_ways` makes them.
     width : float
         px.
-    told : (k, s) uint8
-        `IS_CABLE` is written at such places where it is 0, unknown.
+    covered : (k, s) uint8
+        1 is written there: a cable is seen.
     """
     for p in range(len(ways)):
         for k in range(1, steps[p]):
             x, y, dx, dy = ways[p, k]
-            if told[p, k] != 0 or is_on_mask(mask, x, y, CLEAR_PX):
+            if covered[p, k] != 0 or is_on_mask(mask, x, y, CLEAR_PX):
                 continue
             if ridge_at(soft, x, y, dx, dy, width) >= LEAST_PROBABLE:
-                told[p, k] = IS_CABLE
-
-
-@kernel(read(float64, 2), read(int64, 2), read(int64, 1), read(uint8, 2), float64)
-def measure_ways(
-    states: npt.NDArray[np.float64],
-    pairs: npt.NDArray[np.int64],
-    steps: npt.NDArray[np.int64],
-    told: npt.NDArray[np.uint8],
-    width: float,
-) -> npt.NDArray[np.float64]:
-    """Measure how much of the ways between ends is ground, cable and neither.
-
-    Parameters
-    ----------
-    states : (e, 4) float64
-        Place and outward direction of each end.
-    pairs : (k, 2) int64
-        Of them.
-    steps : (k,) int64
-        Of each way.
-    told : (k, s) uint8
-        What is at its places.
-    width : float
-        px.
-
-    Returns
-    -------
-    (k, 3) float64
-        Widths.
-    """
-    seen = np.zeros((len(pairs), 3))
-    for p in range(len(pairs)):
-        i, j = pairs[p]
-        cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
-        step = np.sqrt(cx * cx + cy * cy) / steps[p] / width
-        for k in range(1, steps[p]):
-            if told[p, k] != 0:
-                seen[p, told[p, k] - 1] += step
-    return seen
+                covered[p, k] = 1

@@ -10,8 +10,8 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to, longer, longer_rows
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN, UNAVAILABLE, branch_of
 from dloftbs.linking.kernels.end_matching import group_by_key
+from dloftbs.linking.kernels.evidence_weights import MAX_SEEN
 from dloftbs.linking.kernels.joint_features import (
-    GAP_HIDDEN,
     GAP_LENGTH,
     GAP_ROUND,
     GAP_SEEN,
@@ -24,7 +24,6 @@ from dloftbs.linking.kernels.joint_features import (
     prices,
 )
 from dloftbs.linking.kernels.near_ends import near_ends
-from dloftbs.linking.kernels.pixel_weights import MAX_SEEN
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 
 _CHEAP_LINK = 0.6
@@ -198,7 +197,7 @@ def _describe_open(
 
 @kernel(
     read(int64, 1), read(int64, 1), read(boolean, 1), read(float64, 1), read(float64, 2), float64,
-    read(boolean, 1), read(int64, 1), float64, boolean, float64,
+    read(boolean, 1), read(int64, 1), float64, boolean, boolean, float64,
 )  # fmt: skip
 def pair_costs(
     nodes: npt.NDArray[np.int64],
@@ -211,6 +210,7 @@ def pair_costs(
     corners: npt.NDArray[np.int64],
     max_gap: float,
     asked: bool,
+    covers: bool,
     more: float,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """List the pairs of ends that cost less joined than open, with what is measured of them and of each open end.
@@ -235,7 +235,9 @@ def pair_costs(
     max_gap : float
         Longest gap, px; where more than `near_ends.MAX_GAPS` pairs of ends are so near, only shorter ones are sought.
     asked : bool
-        Whether evidence will be asked: it may show that a gap is hidden all along.
+        Whether evidence will be asked: it may say for a gap as much as it says at most.
+    covers : bool
+        Whether it may say as well that a gap is covered all along.
     more : float
         Largest extra cost of pairs over two open ends, nats.
 
@@ -303,8 +305,8 @@ def pair_costs(
                 describe_gap(states, i, j, width, end_roundness[i] + end_roundness[j], gap)
                 cost, measured = price(gap, JOINT), gap
                 if asked:
-                    bound += JOINT[GAP_ROUND] * gap[GAP_ROUND] - JOINT[GAP_HIDDEN] * gap[GAP_LENGTH]
-                    bound -= JOINT[GAP_SEEN] * MAX_SEEN
+                    bound += JOINT[GAP_ROUND] * gap[GAP_ROUND] - JOINT[GAP_SEEN] * MAX_SEEN
+                    bound += JOINT[GAP_LENGTH] * gap[GAP_LENGTH] * covers
             if cost >= bound + more:
                 continue
             if count == capacity:
