@@ -40,8 +40,8 @@ COLUMNS = (
     "image: 1",
     "greatest logarithm, along the gap, of how many times more probable the ground is than the cables",
     "square of that logarithm if it is positive, else 0",
-    "depth: share of places at which the ground is more probable than a cable",
-    "greatest mean of two neighbouring logarithms of how many times more probable it is",
+    "depth: by how much the ground is more probable than a cable, on the average of all places",
+    "greatest mean of two logarithms in a row of how many times more probable it is",
 )
 DRAWN = ("hidden", "drawn", "broken")
 SUITES = {"rgb": (3, 0.3), "seen-occluders": (9, 0.06), "rgbd": (4, 0.25), "known-occluders": (8, 0.1)}
@@ -80,11 +80,11 @@ Not all ends that belong to two cables have ground between them. Of the gaps bet
 -log(q exp(-L) + 1 - q), at most {most:.2f} nats.
 
 The table has the number of gaps that are read wrongly, each by itself. The mean of minus the logarithm of the truth's
-probability is in brackets. Each is of the mask alone, with the image or depth, and with the source left out of the fit.
-Behind one occluder, gaps that are not joined gain as much as those that are. So some sources have a worse figure with
-the image or depth, but linking compares both kinds, and this table does not. The same cables lie over all three kinds
-of grounds. No other source has ends in plain sight with depth than the one over photographs, so that it cannot be left
-out.
+probability is in brackets. The columns are: by the mask alone; with the image or depth; the same, with the source left
+out of the fit. Behind one occluder, gaps that are not joined gain as much as those that are. So some sources have a
+worse figure with the image or depth, but linking compares both kinds, and this table does not. The same cables lie over
+all three kinds of grounds. No other source has ends in plain sight with depth than the one over photographs, so that it
+cannot be left out.
 
 | source | given | joined | not joined | mask alone | with it | left out |
 | --- | --- | ---: | ---: | ---: | ---: | ---: |
@@ -218,7 +218,7 @@ def fit(gaps: Sequence[SeenGap]) -> Fit:
             [gap for gap in gaps if gap.given == what and gap.joined],
             [gap for gap in gaps if _is_in_sight(gap, what)],
         )
-        weights = len(gaps) * np.concatenate([_alike(side) for side in sides])
+        weights = sum(map(len, sides)) * np.concatenate([_alike(side) for side in sides])
         columns = np.array([gap.columns[own] for side in sides for gap in side])
         found[own] = fit_log_odds(columns, np.repeat((True, False), [len(side) for side in sides]), weights)
     apart = [gap for gap in gaps if not gap.joined]

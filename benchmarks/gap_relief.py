@@ -16,7 +16,7 @@ _DISTANCE_M = (0.35, 1.3)
 _SLOPE = 0.3
 """Largest slope of the table along rows and columns."""
 _LIFT_M = (0.005, 0.15)
-"""Height of half of the cables over the table, at the highest place."""
+"""Greatest height of a cable over the table; half of them lie on it."""
 _LIFT_PX = (200.0, 600.0)
 """Length of a wave of that height."""
 _OVER_M = (0.004, 0.12)
@@ -59,7 +59,7 @@ class Relief:
         self._along[drawn] = (self._columns / width)[drawn]
 
     def add_cover(self, pixels: npt.NDArray[np.bool_]) -> None:
-        """Add something level over all that it covers."""
+        """Add something parallel to the table over all that it covers."""
         if pixels.any():
             self._heights[pixels] = self._heights[pixels].max() + self._rng.uniform(*_OVER_M)
             self._along[pixels] = np.nan

@@ -5,8 +5,9 @@ Run it in the repository with ``python -m benchmarks.pictured_gaps FOLDER``, whe
 of them with a shadow and a third in nearly the colour of the ground. It has a gap of one of the `KINDS`: two ends in
 plain sight, with caps of another colour or without; the same, with a strip over one of them; a strip across it, of
 another photograph that is tinted or of one colour; the tip of such a strip; a sleeve of another colour; or the mask
-alone is broken. Depth is that of a cable on a table or above it, with a depth camera's errors. Printed is how often as
-many cables are found as there are, and how often what is wrong is stated above .9: by the mask alone, and with more.
+alone is broken. Depth is that of a cable on a table or above it, with a depth camera's errors. Printed is how
+often the number of cables found is right, and how often what is wrong is stated above .9: by the mask alone, and with
+more.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ GIVEN = {
     "depth": ("depth", "camera"),
     "image and depth": ("image", "depth", "camera"),
 }
-"""What is given besides the mask, and the names of it."""
+"""Fields of `Frame` that are given besides the mask, by the name of their column."""
 
 ENDS = KINDS[:2]
 """Kinds that show two cables."""

@@ -67,14 +67,15 @@ class Scene:
         square = self.image[row - half : row + half + 1, column - half : column + half + 1]
         return square.reshape(-1, 3).mean(axis=0)
 
-    def is_clear(self, x: float, y: float) -> bool:
-        """Tell whether the mask has none of five points, a quarter of a width and a pixel apart."""
-        reach = 0.25 * self.width + 1.0
-        for dx, dy in ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)):
-            row, column = math.floor(y + reach * dy + 0.5), math.floor(x + reach * dx + 0.5)
-            if 0 <= row < SIZE[0] and 0 <= column < SIZE[1] and self.mask[row, column]:
-                return False
-        return True
+
+def is_clear(mask: np.ndarray, width: float, x: float, y: float) -> bool:
+    """Tell whether a mask has none of five points, a quarter of a width and a pixel apart."""
+    reach = 0.25 * width + 1.0
+    for dx, dy in ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)):
+        row, column = math.floor(y + reach * dy + 0.5), math.floor(x + reach * dx + 0.5)
+        if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column]:
+            return False
+    return True
 
 
 def literal_spread(colours: np.ndarray) -> float:
@@ -99,7 +100,7 @@ def literal_references(scene: Scene, end: int) -> tuple[np.ndarray, np.ndarray]:
         cable.append(scene.colour_at(*back[at]))
         across = np.array([-way[1], way[0]]) / np.hypot(*way)
         for aside in (-width - 1.0, width + 1.0, -2.0 * width - 1.0, 2.0 * width + 1.0):
-            if scene.is_clear(*(back[at] + aside * across)):
+            if is_clear(scene.mask, width, *(back[at] + aside * across)):
                 ground.append(scene.colour_at(*(back[at] + aside * across)))
     of_ground, of_cable = (np.array([c for c in own if c is not None]).reshape(-1, 3) for own in (ground, cable))
     return of_ground, of_cable

@@ -32,6 +32,7 @@ from benchmarks import (
 )
 from benchmarks.docs import published
 from benchmarks.fit_strokes import ariadne_pictures, labelled_pictures
+from benchmarks.gap_relief import FOCAL_PX, Relief
 from benchmarks.readings import look_at
 from benchmarks.timing import UNSTEADY, Table, interleaved
 
@@ -56,6 +57,24 @@ def test_a_gap_over_a_photograph_shows_its_cables_and_is_the_same_again(kind: st
     assert once.frame.depth is not None
     assert again.frame.depth is not None
     np.testing.assert_array_equal(once.frame.depth, again.frame.depth)
+
+
+def test_a_relief_has_cables_above_its_table_and_covers_above_both() -> None:
+    relief, band = Relief((60, 90), np.random.default_rng(5)), np.zeros((60, 90), bool)
+    band[26:34, :50] = True
+    relief.add_cable(band, 8.0)
+    strip = np.zeros_like(band)
+    strip[20:40, 20:30] = True
+    relief.add_cover(strip)
+    depth, camera = relief.measure(band)
+    assert camera.fx == FOCAL_PX
+    known = np.where(depth > 0.0, depth, np.nan)
+    cable, table, cover = (np.nanmedian(known[rows, columns]) for rows, columns in ROOMS)
+    assert cover < cable < table
+
+
+ROOMS = ((slice(29, 31), slice(5, 15)), (slice(5, 15), slice(5, 15)), (slice(25, 35), slice(22, 28)))
+"""Rows and columns of a cable, of the table beside it, and of a cover."""
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from benchmarks.fit_linking.__main__ import COLUMNS, write_existence, write_line
 from benchmarks.fit_linking.confidence import Claim, calibration_error, fit_crossings, fit_gaps, list_claims
 from benchmarks.fit_linking.existence import Found, fit_existence, list_objects, piece_scenes
 from benchmarks.fit_linking.labels import OPEN, UNKNOWN, true_partners
-from benchmarks.fit_linking.model import Fit, count_wrong, fit
+from benchmarks.fit_linking.model import ALWAYS_HELD, Fit, count_wrong, fit
 from benchmarks.fit_linking.readings import Choice, list_choices
 from benchmarks.fit_linking.scenes import Scene, list_scenes
 from linking_examples import cross, draw, graph_of
@@ -46,6 +46,34 @@ def test_the_truth_of_a_crossing_goes_straight_on() -> None:
         other = int(partner[end])
         assert int(partner[other]) == end
         assert states[end, 2:4] @ states[other, 2:4] < -0.9
+
+
+def test_weights_that_are_held_stay_and_a_column_that_is_not_used_weighs_nothing() -> None:
+    rng = np.random.default_rng(0)
+    choices = []
+    for _ in range(60):
+        rows = rng.uniform(0.0, 1.0, (3, len(EVERY)))
+        rows[:, 4] = 0.0
+        choices.append(Choice("drawn", rows, int(np.argmin(rows @ EVERY))))
+    held = [0, *ALWAYS_HELD]
+    found = fit(choices, held)
+    assert found.weights[held].tolist() == EVERY[held].tolist()
+    assert not found.deviations[held].any()
+    assert np.isfinite(found.weights).all()
+    assert found.weights[4] == found.deviations[4] == 0.0
+    assert found.deviations[1] > 0.0
+
+
+def test_without_recordings_there_is_no_recorded_scene(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit, match="motion"):
+        list(list_scenes("recorded", 1, 1.0, tmp_path))
+
+
+def test_a_whole_scene_is_yielded_once() -> None:
+    every = list(list_scenes("hidden", 1, 0.02, Path()))
+    whole = list(list_scenes("hidden", 1, 0.02, Path(), whole=True))
+    assert len(every) == 3 * len(whole) > 0
+    assert all(scene.frame.image is not None and scene.frame.depth is not None for scene in whole)
 
 
 def test_labels_tell_the_same_as_curves() -> None:

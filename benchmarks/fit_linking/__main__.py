@@ -4,9 +4,9 @@ Run it in the repository with ``python -m benchmarks.fit_linking weights FOLDER`
 ``existence``, for which it holds ``networks/ewd`` and ``networks/bwh``, too. The
 folder holds ``cables/NNNNN.txt`` with points along each cable, ``NNNNN.jpg`` and ``NNNNN_mask_all.png``, as the data
 set of Ariadne has them; ``mbest/*/NN.labels.png`` with ``NN.jpg``, whose pixel value is the cable's number, as that of
-mBEST; and ``masks/NNN.png`` with ``masks/original_curves.json``, masks of one cable each and points along it. Either
-prints a page of the documents; ``--write`` writes it, and the fitted numbers. Without the simulator or one of these
-nothing is fitted.
+mBEST; ``masks/NNN.png`` with ``masks/original_curves.json``, masks of one cable each and points along it; and
+recordings in ``motion``. Either prints a page of the documents; ``--write`` writes it, and the fitted numbers. Without
+the simulator or one of these nothing is fitted.
 """
 
 from __future__ import annotations
@@ -54,6 +54,7 @@ COLUMNS = {
 }
 """What each column is, in their order; those of joints come first."""
 
+_FITTED = [name for column, name in enumerate(COLUMNS) if column not in ALWAYS_HELD]
 _SEEDS = {"weights": (1, 2), "confidence": (101, 102), "existence": (201, 202)}
 _PIECE_SCENES = 400  # of each seed
 _SURE, _LIKELY = 0.99, (0.9, 0.95)
@@ -68,7 +69,8 @@ to the power of minus its cost, and the weights are those under which the true r
 count alike, as far as they have enough. Hidden cables count three times, and the few real masks that are broken
 four times. That balance is set by hand. It is between gaps behind which one cable goes on and ends of two cables that
 face each other; a mask alone does not distinguish these. A weight without a deviation is held: it is counted, or that
-of log-odds, or of an earlier fit (`--only` names those that are fitted).
+of log-odds, or of an earlier fit to all sources (`--only` names those that are fitted). No
+source is left out of weights that are held.
 """
 _ON_CONFIDENCE = """# The confidence of joints
 
@@ -117,9 +119,11 @@ def main() -> None:
     parser.add_argument("what", choices=tuple(_SEEDS))
     parser.add_argument("photographs", type=Path)
     parser.add_argument("--write", action="store_true", help="write the numbers and the page")
-    parser.add_argument("--only", nargs="+", choices=COLUMNS, help="weights to fit, the others are held as they are")
+    parser.add_argument("--only", nargs="+", choices=_FITTED, help="weights to fit, the others are held as they are")
     parser.add_argument("--amount", type=float, default=1.0, help="share of the scenes, to see that it runs")
     given = parser.parse_args()
+    if given.only and given.what != "weights":
+        parser.error(f"--only is for weights, not for {given.what}")
     seeds = _SEEDS[given.what]
     if given.what == "existence":
         _run_existence(given.photographs, given.amount, write=given.write)

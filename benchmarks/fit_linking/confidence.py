@@ -135,7 +135,7 @@ def _right(claims: Sequence[Claim]) -> npt.NDArray[np.bool_]:
 
 
 def fit_log_odds(columns: Floats, right: npt.NDArray[np.bool_], weights: Floats) -> Floats:
-    """Return the weights of columns, the first of them constant, whose sum is the log-odds that something is right."""
+    """Return the weights of columns whose sum is the log-odds of being right; all but the first are pulled to 0."""
     sign = np.where(right, 1.0, -1.0)
 
     def loss(line: Floats) -> float:

@@ -22,7 +22,7 @@ SOURCES = {
     "covered": "one and three cables of the kinds behind discs, the mask alone",
     "hidden": "one, three and five cables behind moving discs and bars, with mask, image, depth and occluders",
     "simulated": "a cable moved by MuJoCo, in perspective",
-    "recorded": "one to three real cables' recorded motion, with depth, behind moving discs, with an image",
+    "recorded": "one to three real cables' recorded motion, with depth or an image, behind moving discs or not",
     "drawn": "edge cases: sharp bends, ends that face each other, T, Y, cables side by side, crossed rings, near frays",
     "broken": "drawn cables whose masks are broken in places, and ends of two that are as near to each other",
     "photographs": "of cables, with points along each or labelled pixels; nothing of them is kept",

@@ -54,6 +54,22 @@ def log_odds(gap: tuple[int, int], cover: str, drift: float = 0.0) -> float:
     return float(pixels[0] @ PIXELS)
 
 
+@pytest.mark.parametrize(("covered", "share"), [((0, 400), 1.0), ((150, 190), 0.5), ((0, 20), 0.0)])
+@pytest.mark.parametrize("gap", [(150, 230), (186, 200)])
+def test_occluders_hide_what_they_cover(gap: tuple[int, int], covered: tuple[int, int], share: float) -> None:
+    mask, _ = scene(gap, "ground")
+    crop, graph = graph_of(mask)
+    occluders = np.zeros(SIZE, dtype=bool)
+    occluders[:, slice(*covered)] = True
+    inner = np.sort(np.argsort(np.abs(crop.to_image(graph.end_states[:, :2])[:, 0] - np.mean(gap)))[:2])
+    evidence = EvidenceMap(crop, occluders=occluders).at(graph)
+    hidden, _, _ = evidence.across(inner[None], np.array([float(gap[1] - gap[0])]))
+    if gap == (150, 230) or share == 1.0:
+        assert hidden == pytest.approx(share, abs=0.1 * (share < 1.0))
+    assert evidence.knows_covers
+    assert not EvidenceMap(crop, np.zeros((*SIZE, 3), np.uint8)).at(graph).knows_covers
+
+
 @pytest.mark.parametrize("drift", [0.0, 60.0])
 @pytest.mark.parametrize(("cover", "is_hidden"), [("ground", False), ("cable", True), ("occluder", True)])
 def test_a_gap_looks_like_what_is_there(cover: str, is_hidden: bool, drift: float) -> None:

@@ -51,7 +51,7 @@ class EvidenceMap:
     occluders : numpy.ndarray, shape (H, W), bool or any integer type, optional
         See `Frame`.
     camera : PinholeCamera, optional
-        Without one, depth does not show how steep a cable is.
+        Without one, depth does not show how steep a cable is, and a hidden one is taken not to sag.
     config : DepthConfig, optional
         Range of the depth.
     depth_unit_m : float
@@ -254,7 +254,7 @@ class EndEvidence:
                 colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)
                 seen = image, self._mask, numbers, asked, ways, steps
                 pixels[asked] = describe_pixels(*seen, *colours, width, covered)
-        return covered.sum(axis=1) / steps, pixels, depths
+        return covered.sum(axis=1) / (steps - 1), pixels, depths
 
     @cached_property
     def _labels(self) -> _Ints:

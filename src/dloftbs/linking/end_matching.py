@@ -16,7 +16,7 @@ from dloftbs.linking.branch_weights import BRANCH_END
 from dloftbs.linking.joint_evidence import add_evidence, are_shared
 from dloftbs.linking.kernels import branch_overlap, end_matching
 from dloftbs.linking.kernels.hidden_gaps import match_with_hiding
-from dloftbs.linking.kernels.joint_features import OPEN_JUNCTION, prices
+from dloftbs.linking.kernels.joint_features import GAP_LENGTH, OPEN_JUNCTION, prices
 from dloftbs.linking.kernels.pair_costs import junction_costs, pair_costs
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 from dloftbs.linking.kernels.wide_stretches import wide_reach
@@ -127,7 +127,7 @@ def match_ends(
     if prior is not None and len(rows):
         bonus = PRIOR_BONUS * prior.continuity(ends.states, rows, columns)
     partner, cost, margin, alternative, lacking = match_with_hiding(
-        rows, columns, costs, bonus, open_cost, ends.ids, ends.nodes, ends.states, graph.width
+        rows, columns, costs, bonus, open_cost, ends.ids, ends.nodes, ends.states, joints[:, GAP_LENGTH]
     )
     duplicate_of: dict[int, int] = {}
     for duplicate, branch in enumerate(duplicates.tolist(), start=graph.branch_count):

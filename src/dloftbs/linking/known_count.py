@@ -97,7 +97,7 @@ def _list_pairs(
     pairs = _different_cables(graph, ends, ids, nodes)
     joints = describe_pairs(states, ends[pairs], nodes, roundness, width)
     extra = prices(joints, JOINT) - open_cost[ends[pairs]].sum(axis=1)
-    if evidence is not None:  # at best it shows that a gap is hidden all along
+    if evidence is not None:  # at best it says as much as it can, and that ends have any shape, covered gaps no length
         extra -= JOINT[GAP_LENGTH] * joints[:, GAP_LENGTH] * evidence.knows_covers
         extra += JOINT[GAP_SEEN] * MAX_SEEN * (joints[:, GAP_LENGTH] > 0.0) - JOINT[GAP_ROUND] * joints[:, GAP_ROUND]
     kept = np.sort(np.argsort(extra, kind="stable")[:_MAX_PAIRS])

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+from gap_scenes import is_clear
 from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.evidence.kernels.gap_depths import _metres_of, describe_depths, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import lay_ways
+from dloftbs.linking.kernels.evidence_weights import DEPTHS
 
 SIZE = (80, 120)
 UNIT, LOW, HIGH = 0.001, 0.1, 3.0
@@ -70,15 +71,6 @@ class Scene:
         found = sorted(m for m in (float(self.depth[at]) * UNIT for at in around) if LOW <= m <= HIGH)
         return found[(len(found) - 1) // 2] if len(found) >= 5 else None
 
-    def is_clear(self, x: float, y: float) -> bool:
-        """Tell whether the mask has none of five points, a quarter of a width and a pixel apart."""
-        reach = 0.25 * self.width + 1.0
-        for dx, dy in ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)):
-            row, column = math.floor(y + reach * dy + 0.5), math.floor(x + reach * dx + 0.5)
-            if 0 <= row < SIZE[0] and 0 <= column < SIZE[1] and self.mask[row, column]:
-                return False
-        return True
-
     def describe(self, depth: np.ndarray, known: np.ndarray, covered: np.ndarray, focal: float = FOCAL) -> np.ndarray:
         """Return what depth shows along the ways."""
         ways, steps = lay_ways(self.states, self.pairs, self.width)
@@ -134,16 +126,16 @@ def literal_description(scene: Scene, known: np.ndarray, p: int, covered: np.nda
     pair, length = scene.pairs[p], scene.lengths()[p]
     ways, steps = lay_ways(scene.states, scene.pairs, scene.width)
     (one, first), (other, second) = known[pair, :2]
-    stands = not np.isnan(first + second)
-    height = max(0.5 * (first + second), 0.0) if stands else 0.0
+    heights = [height for height in (first, second) if not np.isnan(height)]
+    stands, height = bool(heights), max(float(np.mean(heights)), 0.0) if heights else 0.0
     one, other = (other if np.isnan(one) else one), (one if np.isnan(other) else other)
     places, ratios = 0, []
     for k in range(1, steps[p]):
         x, y, dx, dy = ways[p, k]
-        if not scene.is_clear(x, y):
+        if not is_clear(scene.mask, scene.width, x, y):
             continue
         places += 1
-        found, expected = scene.metres(x, y), one + (other - one) * k / steps[p]
+        found, expected = scene.metres(x, y), np.maximum(one + (other - one) * k / steps[p], LOW)
         if covered[p, k] or found is None or np.isnan(expected):
             continue
         noise = cauchy(NOISE / 3.0 * expected**2)
@@ -160,7 +152,8 @@ def literal_description(scene: Scene, known: np.ndarray, p: int, covered: np.nda
         return [0.0, 0.0]
     pairs = [0.5 * (a + b) for a, b in itertools.pairwise(ratios)]
     most = max(pairs) if pairs else ratios[0]
-    return [sum(ratio > 0.0 for ratio in ratios) / places, most * len(ratios) / places]
+    more = [max(2.0 / (1.0 + np.exp(-ratio)) - 1.0, 0.0) for ratio in ratios]
+    return [sum(more) / places, most * len(ratios) / places]
 
 
 def cauchy(scale: float) -> Callable[[float], float]:
@@ -181,6 +174,53 @@ def test_the_description_of_ways_is_that_of_the_literal_twin(seed: int) -> None:
     known, focal = scene.known(), rng.choice([FOCAL, np.inf])
     expected = [literal_description(scene, known, p, covered, focal) for p in range(len(scene.pairs))]
     np.testing.assert_allclose(scene.describe(scene.depth, known, covered, focal), expected, rtol=1e-9, atol=1e-12)
+
+
+def across_a_gap(between: str, noise: float = 0.0, height: float = 0.04) -> np.ndarray:
+    """Return the log-odds that a gap is hidden, in both directions, with a table of .7 m and a cable above it, m."""
+    scene = Scene(0)
+    y, x = np.mgrid[: SIZE[0], : SIZE[1]]
+    cable, gap, scene.width = np.abs(y - 40) <= 4, (x > 45) & (x < 75), 8.0
+    scene.mask = (cable & ~gap).astype(np.uint8)
+    shown = {"table": ~cable | gap, "cable": ~cable, "cover": ~cable & ~gap}[between]
+    depth = np.where(shown, 0.7, 0.7 - height)
+    depth[gap & (between == "cover")] = 0.5
+    scene.depth = (1000.0 * (depth + np.random.default_rng(0).normal(0.0, noise, SIZE))).astype(np.float32)
+    scene.points = np.column_stack((np.concatenate((np.arange(46.0), np.arange(75.0, 120.0))), np.full(91, 40.0)))
+    scene.spans, scene.free = np.array([(0, 46), (46, 91)]), np.ones(4, dtype=np.bool_)
+    scene.states = np.array([(0, 40, -1, 0), (45, 40, 1, 0), (75, 40, -1, 0), (119, 40, 1, 0)], dtype=float)
+    scene.pairs = np.array([(1, 2), (2, 1)])
+    return scene.describe(scene.depth, scene.known(), np.zeros((2, 25), np.uint8)) @ DEPTHS
+
+
+def test_the_table_in_a_gap_is_ground_and_a_cable_or_a_cover_is_none() -> None:
+    for between, is_hidden in (("table", False), ("cable", True), ("cover", True)):
+        one, other = across_a_gap(between)
+        assert one == pytest.approx(other), "it is the same from either end"
+        assert one > 0.0 if is_hidden else one < -2.0, between
+
+
+def test_noise_is_no_ground() -> None:
+    """A cable that does not stand out from its table looks the same as that."""
+    assert (np.abs(across_a_gap("table", noise=0.002, height=0.0)) < 1.2).all()
+
+
+def test_one_end_alone_may_show_the_ground_or_the_cable() -> None:
+    scene = Scene(3)
+    known = scene.known()
+    known[:, 0], known[:, 1] = 0.6, 0.03
+    covered = np.zeros((len(scene.pairs), 25), np.uint8)
+    both = scene.describe(scene.depth, known, covered)
+    known[scene.pairs[:2, 1], :2] = np.nan
+    np.testing.assert_array_equal(scene.describe(scene.depth, known, covered)[:2], both[:2])
+
+
+@pytest.mark.parametrize("depths", [(0.0, 0.0), (-0.1, 0.1)])
+def test_lines_that_lead_behind_the_camera_are_no_error(depths: tuple[float, float]) -> None:
+    scene = Scene(3)
+    known = scene.known()
+    known[scene.pairs[:, 0], 0], known[scene.pairs[:, 1], 0] = depths
+    assert np.isfinite(scene.describe(scene.depth, known, np.zeros((len(scene.pairs), 25), np.uint8))).all()
 
 
 @given(seeds)

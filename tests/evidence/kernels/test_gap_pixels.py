@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from gap_scenes import Scene, literal_references, literal_spread
+from gap_scenes import Scene, is_clear, literal_references, literal_spread
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
@@ -28,7 +28,7 @@ def literal_description(scene: Scene, p: int, covered: np.ndarray) -> list[float
     steps = min(max(int(length / max(0.5 * scene.width, 1.0)), 2), 24)
     # The second end's direction points out of its run, so the way comes in against it.
     way = CubicHermiteSpline([0.0, 1.0], [(ax, ay), (bx, by)], np.array([(adx, ady), (-bdx, -bdy)]) * length)
-    clear = [k for k in range(1, steps) if scene.is_clear(*way(k / steps))]
+    clear = [k for k in range(1, steps) if is_clear(scene.mask, scene.width, *way(k / steps))]
     unknown = [k / steps for k in clear if covered[p, k] == 0]
     colours = [(t, scene.colour_at(*way(t))) for t in unknown if scene.colour_at(*way(t)) is not None]
     if len(grounds) == 0 or len(cables) == 0 or not colours:
@@ -77,7 +77,7 @@ def test_ways_without_an_uncovered_place_beside_the_mask_are_not_asked(seed: int
     covered = np.random.default_rng(seed).choice([0, 1], ways.shape[:2], p=(0.1, 0.9)).astype(np.uint8)
     asked, ends, numbers = list_uncovered(scene.mask, scene.pairs, len(scene.ways), ways, steps, covered, scene.width)
     uncovered = [
-        any(covered[p, k] == 0 and scene.is_clear(*ways[p, k, :2]) for k in range(1, steps[p]))
+        any(covered[p, k] == 0 and is_clear(scene.mask, scene.width, *ways[p, k, :2]) for k in range(1, steps[p]))
         for p in range(len(scene.pairs))
     ]
     assert asked.tolist() == np.flatnonzero(uncovered).tolist()

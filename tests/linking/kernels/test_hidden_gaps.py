@@ -19,7 +19,12 @@ MARGIN, STRETCH, SPARED = 0.8, 1.5, 2.0 / 3.0 * JOINT[GAP_LENGTH]
 
 
 def slow_costs(
-    rows: np.ndarray, columns: np.ndarray, costs: np.ndarray, bonus: np.ndarray, rest: tuple[np.ndarray, ...]
+    rows: np.ndarray,
+    columns: np.ndarray,
+    costs: np.ndarray,
+    bonus: np.ndarray,
+    rest: tuple[np.ndarray, ...],
+    counted: np.ndarray,
 ) -> np.ndarray:
     """Return the costs of the pairs after a first matching, with all sure gaps compared."""
     open_cost, end_id, nodes, states = rest
@@ -34,7 +39,7 @@ def slow_costs(
     for p, pair in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
         others = [length(*other) for other in sure if not set(pair) & set(other)]
         if others and length(*pair) <= STRETCH * max(others):
-            result[p] -= SPARED * length(*pair) / WIDTH
+            result[p] -= SPARED * counted[p]
     return result
 
 
@@ -49,8 +54,10 @@ def test_gaps_of_the_size_of_a_sure_one_cost_less(seed: int) -> None:
     nodes, states = rng.integers(-1, 2, n), np.zeros((n, 6))
     states[:, :2] = rng.uniform(0, 12 * WIDTH, (n, 2))
     rest = (rng.uniform(0.3, 1.4, n), np.arange(n), nodes, states)
-    *joints, lacking = match_with_hiding(rows, columns, costs, bonus, *rest, WIDTH)
-    now, open_cost = slow_costs(rows, columns, costs, bonus, rest), rest[0]
+    is_link = (nodes[rows] == nodes[columns]) & (nodes[rows] >= 0)
+    counted = rng.uniform(0.0, 12.0, len(rows)) * ~is_link
+    *joints, lacking = match_with_hiding(rows, columns, costs, bonus, *rest, counted)
+    now, open_cost = slow_costs(rows, columns, costs, bonus, rest, counted), rest[0]
     np.testing.assert_allclose(lacking, now - bonus - open_cost[rows] - open_cost[columns], rtol=0, atol=1e-12)
     own = lacking < 0
     again = match_ends(rows[own], columns[own], now[own], bonus[own], open_cost, rest[1])
@@ -64,9 +71,12 @@ def test_a_gap_is_no_evidence_for_itself() -> None:
     states[:, 0], states[:, 1] = [0, 8 * WIDTH, 0, 8 * WIDTH], [0, 0, 90, 90]
     nodes, open_cost, ids = np.full(4, -1), np.full(4, 4.4), np.arange(4)
     pairs = np.array([0, 2]), np.array([1, 3]), np.array([2.8, 9.2]), np.zeros(2)
-    alone = match_with_hiding(*(given[:1] for given in pairs), open_cost, ids, nodes, states, WIDTH)
+    counted = np.array([8.0, 8.0])
+    alone = match_with_hiding(*(given[:1] for given in pairs), open_cost, ids, nodes, states, counted[:1])
     assert alone[0].tolist() == [1, 0, -1, -1]
     np.testing.assert_allclose(alone[4], [2.8 - 8.8])
-    both = match_with_hiding(*pairs, open_cost, ids, nodes, states, WIDTH)
+    both = match_with_hiding(*pairs, open_cost, ids, nodes, states, counted)
     assert both[0].tolist() == [1, 0, 3, 2]
     np.testing.assert_allclose(both[4], [2.8 - 8.8, 9.2 - 8 * SPARED - 8.8])
+    covered = match_with_hiding(*pairs, open_cost, ids, nodes, states, np.array([8.0, 0.0]))
+    np.testing.assert_allclose(covered[4], [2.8 - 8.8, 9.2 - 8.8])  # its length costs nothing, so nothing is spared

@@ -46,16 +46,16 @@ Source: by definition; the majority.
 """
 
 _MIN_STANDING = 2.0
-"""Least height of a cable over the ground beside it for heights to be compared, times three deviations of a place.
+"""Least height of a cable over the ground beside it for its depth to count in swerves, standard deviations of a place.
 
 Source: by definition; half the height is then more than noise.
 """
 
 _SAG = 0.05
-"""Standard deviation of a hidden cable's depth from that between both ends, as a share of the gap's length.
+"""Sag of a hidden cable, in depth, as a share of the gap's length: the scale of a Cauchy density.
 
 Source: measured; of cables in hands, moved by people, and drawn, shares from .03 to .1 separate hidden gaps from ground
-alike.
+equally well.
 """
 
 _MIN_SWERVE = 0.2
@@ -251,9 +251,9 @@ def sample_depths(
 
 
 @helper
-def _unlike(away: float, deviation: float) -> float:
-    """Return minus the logarithm of Cauchy's density over its peak: depths that mix two surfaces lie far from both."""
-    return math.log1p((away / deviation) ** 2)
+def _unlike(away: float, scale: float) -> float:
+    """Return minus the logarithm of a Cauchy density over its peak: at edges, depth mixes surfaces, far from both."""
+    return math.log1p((away / scale) ** 2)
 
 
 @kernel(
@@ -303,9 +303,9 @@ def describe_depths(
     Returns
     -------
     (k, 2) float64
-        The share of the way's places beside the mask at which the ground is more probable than a cable; and the
-        greatest mean of two neighbouring logarithms of how many times more probable it is, times the share of places
-        whose depth is known. Both are 0 where nothing is known.
+        By how much the ground is more probable than a cable, 0 where it is not, on the average of the way's places
+        beside the mask. And the greatest mean of two logarithms in a row of how many times more probable it is, times
+        the share of places whose depth is known. Both are 0 where nothing is known.
     """
     reach, aside = max(BLOCK_WIDTHS * width, 1.0), _BESIDE_WIDTHS * width + EDGE_PX
     clear = CLEAR_WIDTHS * width + CLEAR_PX
@@ -317,10 +317,10 @@ def describe_depths(
         stop = one[0] if np.isnan(other[0]) else other[0]
         if np.isnan(start):
             continue
-        height = 0.5 * (one[1] + other[1])
+        height = 0.5 * ((other[1] if np.isnan(one[1]) else one[1]) + (one[1] if np.isnan(other[1]) else other[1]))
         stands = not np.isnan(height)
         height = max(height, 0.0) if stands else 0.0
-        places, looked, grounds, last, most = 0, 0, 0, np.nan, -np.inf
+        places, looked, grounds, last, most = 0, 0, 0.0, np.nan, -np.inf
         for k in range(1, steps[p]):
             x, y, dx, dy = ways[p, k]
             is_beside = not is_on_mask(mask, x, y, clear)
@@ -337,7 +337,7 @@ def describe_depths(
                 continue
             looked += 1
             x, y, dx, dy = ways[p, k]
-            expected = start + (stop - start) * k / steps[p]
+            expected = max(start + (stop - start) * k / steps[p], low)  # lines before the ends may meet nowhere
             deviation = DEPTH_NOISE_PER_M * expected * expected / 3.0
             behind = found - expected
             with_sag = math.hypot(deviation, _SAG * lengths[p] * expected / focal)
@@ -353,7 +353,7 @@ def describe_depths(
                 if sides > 0 and beside > sides * expected:
                     stood = beside / sides - found
                     ratio += _unlike(min(stood - height, 0.0), deviation) - _unlike(max(stood, 0.0), deviation)
-            grounds += ratio > 0.0
+            grounds += max(math.tanh(0.5 * ratio), 0.0)  # twice a probability, less 1
             if looked > 1:
                 most = max(most, 0.5 * (last + ratio))
             last = ratio

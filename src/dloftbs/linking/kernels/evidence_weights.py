@@ -15,7 +15,7 @@ PIXELS = np.array([1.33, -1.98, -1.07])
 Source: fitted; see docs/maintainers/evidence-weights.md.
 """
 
-DEPTHS = np.array([-4.78, -0.49])
+DEPTHS = np.array([-5.70, -0.47])
 """The same, nats a unit of each column of `describe_depths`.
 
 Source: fitted; see docs/maintainers/evidence-weights.md.

@@ -81,7 +81,7 @@ def _lower_costs(
     margin: npt.NDArray[np.float64],
     nodes: npt.NDArray[np.int64],
     states: npt.NDArray[np.float64],
-    width: float,
+    counted: npt.NDArray[np.float64],
 ) -> npt.NDArray[np.float64]:
     """Return the costs, lower for gaps that share no end with a sure one of about their size or longer."""
     sure, lengths, count = np.empty(len(partner), dtype=np.int64), np.empty(len(partner)), 0
@@ -98,15 +98,14 @@ def _lower_costs(
             if i not in (a, b) and j not in (a, b):
                 longest = lengths[k]
                 break
-        length = _gap_length(nodes, states, i, j)
-        if length <= _SIZE_RATIO * longest:
-            lowered[p] -= _HIDING_SHARE * JOINT[GAP_LENGTH] * length / width
+        if _gap_length(nodes, states, i, j) <= _SIZE_RATIO * longest:
+            lowered[p] -= _HIDING_SHARE * JOINT[GAP_LENGTH] * counted[p]
     return lowered
 
 
 @kernel(
     read(int64, 1), read(int64, 1), read(float64, 1), read(float64, 1), read(float64, 1), read(int64, 1),
-    read(int64, 1), read(float64, 2), float64,
+    read(int64, 1), read(float64, 2), read(float64, 1),
 )  # fmt: skip
 def match_with_hiding(
     rows: npt.NDArray[np.int64],
@@ -117,7 +116,7 @@ def match_with_hiding(
     end_id: npt.NDArray[np.int64],
     nodes: npt.NDArray[np.int64],
     states: npt.NDArray[np.float64],
-    width: float,
+    counted: npt.NDArray[np.float64],
 ) -> tuple[
     npt.NDArray[np.int64],
     npt.NDArray[np.float64],
@@ -136,8 +135,8 @@ def match_with_hiding(
         As `match_ends` takes them.
     nodes : (n,) int64
     states : (n, 6) float64
-    width : float
-        px.
+    counted : (k,) float64
+        How much of the length of each pair's gap counts in its cost, widths; 0 for links.
 
     Returns
     -------
@@ -148,7 +147,7 @@ def match_with_hiding(
     """
     given = costs.copy()  # of the type of the lowered costs, so that they are matched by the same code
     joints, lacking = _match_gaining(rows, columns, given, bonus, open_cost, end_id)
-    lowered = _lower_costs(rows, columns, given, joints[0], joints[2], nodes, states, width)
+    lowered = _lower_costs(rows, columns, given, joints[0], joints[2], nodes, states, counted)
     if (lowered != given).any():
         joints, lacking = _match_gaining(rows, columns, lowered, bonus, open_cost, end_id)
     partner, cost, margin, alternative = joints

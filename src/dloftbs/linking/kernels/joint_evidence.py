@@ -76,9 +76,9 @@ def describe_seen(
     covered = np.zeros(len(roundness))
     for g in range(len(gaps)):
         k = gaps[g]
-        in_sight = SHARE_IN_SIGHT * math.exp(-log_odds[g]) * max(1.0 - hidden[g], 0.0)
+        in_sight = SHARE_IN_SIGHT * math.exp(-log_odds[g]) * (1.0 - hidden[g])
         joints[k, GAP_SEEN] = -math.log(in_sight + 1.0 - SHARE_IN_SIGHT)
-        joints[k, GAP_LENGTH] *= max(1.0 - hidden[g], 0.0)
+        joints[k, GAP_LENGTH] *= 1.0 - hidden[g]
         is_hidden = max(hidden[g], math.tanh(0.5 * log_odds[g]))  # twice a probability, less 1
         for end in pairs[k]:
             covered[end] = max(covered[end], is_hidden)
