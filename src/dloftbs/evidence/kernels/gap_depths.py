@@ -28,9 +28,9 @@ Source: geometry; half of a thick cable, whose surface is nearer than its axis.
 """
 
 DEPTH_NOISE_PER_M = 0.012
-"""The same difference in addition, metres at a distance of one, growing with its square.
+"""Three standard deviations of a depth camera, metres at a distance of one, growing with its square.
 
-Source: geometry; three standard deviations of a depth camera, 4e-3 z^2.
+Source: geometry; one is 4e-3 z^2.
 """
 
 _BESIDE_WIDTHS = 1.0
@@ -251,6 +251,29 @@ def sample_depths(
 
 
 @helper
+def _depth_beside(
+    mask: npt.NDArray[np.uint8],
+    counts: npt.NDArray[np.float32],
+    place: npt.NDArray[np.float64],
+    aside: float,
+    unit: float,
+    low: float,
+    high: float,
+    nine: npt.NDArray[np.float64],
+) -> float:
+    """Return the mean depth on those sides of a place that are clear of the mask, m; NaN where none is known."""
+    x, y, dx, dy = place
+    total, sides = 0.0, 0
+    for side in range(1, 3):
+        sign = 2 * side - 3
+        if _is_clear(mask, x + sign * aside * dy, y - sign * aside * dx):
+            metres = _metres_of(counts[side], unit, low, high, nine)
+            if not np.isnan(metres):
+                total, sides = total + metres, sides + 1
+    return total / sides if sides > 0 else np.nan
+
+
+@helper
 def _unlike(away: float, scale: float) -> float:
     """Return minus the logarithm of a Cauchy density over its peak: at edges, depth mixes surfaces, far from both."""
     return math.log1p((away / scale) ** 2)
@@ -336,22 +359,15 @@ def describe_depths(
             if np.isnan(found):
                 continue
             looked += 1
-            x, y, dx, dy = ways[p, k]
-            expected = max(start + (stop - start) * k / steps[p], low)  # lines before the ends may meet nowhere
+            expected = max(start + (stop - start) * k / steps[p], low)  # a steep line leads behind the camera
             deviation = DEPTH_NOISE_PER_M * expected * expected / 3.0
             behind = found - expected
             with_sag = math.hypot(deviation, _SAG * lengths[p] * expected / focal)
             ratio = _unlike(max(behind, 0.0), with_sag) - _unlike(min(behind - height, 0.0), with_sag)
             if stands:
-                beside, sides = 0.0, 0
-                for side in range(1, 3):
-                    sign = 2 * side - 3
-                    if _is_clear(mask, x + sign * aside * dy, y - sign * aside * dx):
-                        ground = _metres_of(counts[k, side], unit, low, high, nine)
-                        if not np.isnan(ground):
-                            beside, sides = beside + ground, sides + 1
-                if sides > 0 and beside > sides * expected:
-                    stood = beside / sides - found
+                beside = _depth_beside(mask, counts[k], ways[p, k], aside, unit, low, high, nine)
+                if beside > expected:
+                    stood = beside - found
                     ratio += _unlike(min(stood - height, 0.0), deviation) - _unlike(max(stood, 0.0), deviation)
             grounds += max(math.tanh(0.5 * ratio), 0.0)  # twice a probability, less 1
             if looked > 1:
