@@ -231,7 +231,7 @@ def _overlap_cost(look: Look) -> float:
     graph = look.graph
     spans = graph.spans
     reach, widths = wide_stretches.wide_reach(spans, graph.radius, graph.width)
-    links = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
+    links = junction_costs(graph.nodes, graph.spurs, graph.corners, graph.end_states, graph.width)
     anywhere = np.ones(len(links[0]) - 1, dtype=np.bool_)
     paths, _, costs = branch_overlap.list_paths(
         graph.nodes, graph.spurs, anywhere, reach, spans, widths, graph.width, *links

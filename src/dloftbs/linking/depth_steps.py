@@ -217,7 +217,9 @@ def _exchange(
 
 def _link_costs(graph: Graph, nodes: Sequence[int]) -> dict[tuple[int, int], float]:
     """Return the cost in bending of each pair of ends of the graph at some junctions, in both orders."""
-    first, members, starts, costs = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
+    first, members, starts, costs = junction_costs(
+        graph.nodes, graph.spurs, graph.corners, graph.end_states, graph.width
+    )
     found = {}
     for node in nodes:
         ends = members[first[node] : first[node + 1]].tolist()

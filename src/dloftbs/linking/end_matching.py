@@ -294,7 +294,7 @@ def _find_shared(
         Half the mask's width at each point of the graph, not smoothed; None where no branch can be shared.
     """
     spans, width = graph.spans, graph.width
-    junctions = first, members, _, _ = junction_costs(graph.nodes, graph.spurs, graph.end_states, width)
+    junctions = first, members, _, _ = junction_costs(graph.nodes, graph.spurs, graph.corners, graph.end_states, width)
     open_cost = np.full(len(graph.nodes), open_there)
     open_cost[graph.spurs.repeat(2)] = 0.0
     is_cable = ~graph.spurs[branch_of(members)]

@@ -50,7 +50,7 @@ def paths_of(
     widths = np.full(n, WIDTH)
     widths[2] = wide * WIDTH
     reach = known.get("reach", np.zeros(2 * n, dtype=np.int64))
-    costs = junction_costs(nodes, spur, states, WIDTH)
+    costs = junction_costs(nodes, spur, np.full(2 * n, -1), states, WIDTH)
     open_costs = np.full(2 * n, OPEN[OPEN_JUNCTION])
     first, members = costs[:2]
     is_cable = ~spur[members // 2]
@@ -109,7 +109,7 @@ def test_sharing_costs_less_where_the_mask_is_wider(length: float, ratio: float)
 
 def test_the_sets_of_arms_before_and_after() -> None:
     nodes, states = two_ys()
-    costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, WIDTH)
+    costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), np.full(10, -1), states, WIDTH)
     paths = np.full((2, MAX_RUNS), -1)
     paths[:, 0] = 4
     sets, slots, changes = changed_junctions(paths, np.array([False, True]), nodes, *costs[:2])

@@ -190,7 +190,7 @@ def test_sets_of_arms_cost_what_their_best_pairing_costs() -> None:
     nodes = np.array([0, 1, 0, -1, 0, 1, 1, 0, -1, 1])
     angle = rng.uniform(0, 2 * np.pi, 10)
     states = np.column_stack((rng.uniform(20, 40, (10, 2)), np.cos(angle), np.sin(angle), np.zeros(10), np.ones(10)))
-    first, members, starts, costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, 5.0)
+    first, members, starts, costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), np.full(10, -1), states, 5.0)
     open_cost = rng.uniform(0.5, 1.5, 10)
     groups = [[0, 2, 4, 7], [1, 5, 6], [0, 2, 2, 7], [9], [1, 5, 5, 9, 9]]
     sets = np.cumsum([0, *map(len, groups)])

@@ -34,7 +34,7 @@ def plus_states() -> tuple[np.ndarray, np.ndarray]:
 def test_a_junction_lists_its_ends_and_the_costs_of_all_pairs() -> None:
     nodes, states = plus_states()
     spur = np.array([False, False, True, True])
-    first, members, starts, costs = junction_costs(nodes, spur, states, WIDTH)
+    first, members, starts, costs = junction_costs(nodes, spur, np.full(8, -1), states, WIDTH)
     assert first.tolist() == [0, 4]
     assert members.tolist() == [0, 2, 4, 6]
     assert starts.tolist() == [0, 16]
@@ -44,6 +44,23 @@ def test_a_junction_lists_its_ends_and_the_costs_of_all_pairs() -> None:
     assert matrix[0, 2] == pytest.approx(0.0, abs=1e-9)
     assert matrix[0, 1] == pytest.approx(JOINT[columns.LINK_TURN] * np.pi**2 / 16)
     assert matrix[2, 3] >= 1e3  # two spurs
+
+
+def test_a_link_costs_the_same_for_all_that_ask_for_it() -> None:
+    """Around a corner it is free, and no other one costs more than the fold that it may be, but for those of spurs."""
+    nodes, states = star_states(0, 20, 180, 200)
+    spur, corners = np.array([False, False, False, True]), np.full(8, -1)
+    corners[[0, 4]] = 7
+    pairs, _ = costs_of(nodes, states, spur=spur, corners=corners, more=1e3)
+    _, members, _, costs = junction_costs(nodes, spur, corners, states, WIDTH)
+    matrix = costs.reshape(4, 4)
+    assert pairs[0, 4] == 0.0
+    assert pairs[0, 2] == pytest.approx(FOLD_COST)
+    assert pairs[4, 6] > FOLD_COST
+    for a, b in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)):
+        assert pairs[int(members[a]), int(members[b])] == pytest.approx(matrix[a, b])
+    only = nodes[:4], states[:4]
+    assert junction_costs(only[0], np.zeros(2, np.bool_), np.full(4, -1), only[1], WIDTH)[3][1] > FOLD_COST
 
 
 def costs_of(
@@ -154,10 +171,10 @@ def test_all_pairs_of_many_ends_are_listed() -> None:
     turn = np.linspace(0, 360, n, endpoint=False)
     states = np.array([arm(100 + 5 * np.cos(np.radians(t)), 100 + 5 * np.sin(np.radians(t)), t + 180) for t in turn])
     pairs, open_cost = costs_of(nodes, states)
-    *_, costs = junction_costs(nodes, np.zeros(n // 2, np.bool_), states, WIDTH)
+    *_, costs = junction_costs(nodes, np.zeros(n // 2, np.bool_), np.full(n, -1), states, WIDTH)
     matrix = costs.reshape(n, n)
-    assert matrix.max() >= 1e3
-    expected = {(i, j): min(matrix[i, j], FOLD_COST) for i in range(n) for j in range(i + 1, n)}
+    expected = {(i, j): matrix[i, j] for i in range(n) for j in range(i + 1, n)}
+    assert max(expected.values()) == pytest.approx(FOLD_COST)
     assert len(pairs) > 4 * n + 16
     assert pairs == pytest.approx(expected)
     assert 2.0 * open_cost.min() > FOLD_COST

@@ -59,12 +59,17 @@ def _list_junction_ends(nodes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.in
 def _link_costs(
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
+    degree: npt.NDArray[np.int64],
+    corners: npt.NDArray[np.int64],
     end_id: npt.NDArray[np.int64],
     spur: npt.NDArray[np.bool_],
     states: npt.NDArray[np.float64],
     width: float,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return the costs of links between the ends at each junction, and their columns.
+
+    One cable bends around a corner however sharply, so that this link is free. No other one costs more than the fold
+    that it may be, unless a spur is joined.
 
     Returns
     -------
@@ -81,21 +86,42 @@ def _link_costs(
     links = np.zeros((len(costs), len(JOINT)))
     for node in range(len(first) - 1):
         size = first[node + 1] - first[node]
+        most = _ONLY_PAIR * OPEN[OPEN_KINK] if degree[node] == 2 else FOLD_COST
         for a in range(size):
             for b in range(a + 1, size):
                 i, j = members[first[node] + a], members[first[node] + b]
                 if end_id[i] == end_id[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
                     continue
                 here, there = starts[node] + a * size + b, starts[node] + b * size + a
+                if corners[i] >= 0 and corners[i] == corners[j]:
+                    costs[here] = costs[there] = 0.0
+                    continue
                 describe_link(states, i, j, width, links[here])
-                costs[here] = costs[there] = price(links[here], JOINT)
+                cost = price(links[here], JOINT)
+                if not spur[branch_of(i)] and not spur[branch_of(j)]:
+                    links[here] *= min(most / max(cost, most), 1.0)
+                    cost = min(cost, most)
+                costs[here] = costs[there] = cost
     return starts, costs, links
 
 
-@kernel(read(int64, 1), read(boolean, 1), read(float64, 2), float64)
+@helper
+def _degrees(
+    first: npt.NDArray[np.int64], members: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.int64]:
+    """Count the ends at each junction that are no spurs."""
+    degree = np.zeros(len(first), dtype=np.int64)
+    for node in range(len(first) - 1):
+        for end in members[first[node] : first[node + 1]]:
+            degree[node] += not spur[branch_of(end)]
+    return degree
+
+
+@kernel(read(int64, 1), read(boolean, 1), read(int64, 1), read(float64, 2), float64)
 def junction_costs(
     nodes: npt.NDArray[np.int64],
     spur: npt.NDArray[np.bool_],
+    corners: npt.NDArray[np.int64],
     states: npt.NDArray[np.float64],
     width: float,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
@@ -106,6 +132,8 @@ def junction_costs(
     nodes : (2 n,) int64
         The junction at each end, negative where there is none.
     spur : (n,) bool
+    corners : (2 n,) int64
+        As `pair_costs` takes them.
     states : (2 n, 6) float64
     width : float
         px.
@@ -122,29 +150,9 @@ def junction_costs(
         nats.
     """
     first, members = _list_junction_ends(nodes)
-    starts, costs, _ = _link_costs(first, members, np.arange(len(nodes)), spur, states, width)
+    degree, end_id = _degrees(first, members, spur), np.arange(len(nodes))
+    starts, costs, _ = _link_costs(first, members, degree, corners, end_id, spur, states, width)
     return first, members, starts, costs
-
-
-@helper
-def _free_corners(
-    first: npt.NDArray[np.int64],
-    members: npt.NDArray[np.int64],
-    corners: npt.NDArray[np.int64],
-    end_id: npt.NDArray[np.int64],
-    starts: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    links: npt.NDArray[np.float64],
-) -> None:
-    """Make the link around a corner free: one cable bends there, however sharply."""
-    for node in range(len(first) - 1):
-        size = first[node + 1] - first[node]
-        for a in range(size):
-            for b in range(a + 1, size):
-                i, j = members[first[node] + a], members[first[node] + b]
-                if corners[i] >= 0 and corners[i] == corners[j] and end_id[i] != end_id[j]:
-                    costs[starts[node] + a * size + b] = 0.0
-                    links[starts[node] + a * size + b] = 0.0
 
 
 @helper
@@ -251,13 +259,10 @@ def pair_costs(
     """
     n = len(nodes)
     first, members = _list_junction_ends(nodes)
-    degree = np.zeros(len(first), dtype=np.int64)
-    for end in members:
-        degree[nodes[end]] += not spur[branch_of(end)]
+    degree = _degrees(first, members, spur)
     opens = _describe_open(nodes, degree, spur)
     open_cost = prices(opens, OPEN)
-    starts, costs, links = _link_costs(first, members, end_id, spur, states, width)
-    _free_corners(first, members, corners, end_id, starts, costs, links)
+    starts, costs, links = _link_costs(first, members, degree, corners, end_id, spur, states, width)
     is_bound = _find_decided(first, members, starts, costs, spur) | bordering  # to take part in no gap
     for end in range(n):
         is_bound[end] |= spur[branch_of(end)]
@@ -293,12 +298,6 @@ def pair_costs(
             if onward == j:
                 cost, measured = costs[row + at_link], links[row + at_link]
                 at_link += 1
-                if end_id[i] == end_id[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
-                    continue
-                if not spur[branch_of(i)] and not spur[branch_of(j)]:
-                    most = _ONLY_PAIR * OPEN[OPEN_KINK] if degree[nodes[i]] == 2 else FOLD_COST
-                    measured *= min(most / max(cost, most), 1.0)
-                    cost = min(cost, most)
             else:
                 if branch_of(end_id[i]) == branch_of(end_id[j]):  # the two ends of a branch, or those of its duplicates
                     continue
