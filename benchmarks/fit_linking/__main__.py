@@ -45,7 +45,7 @@ COLUMNS = {
     "GAP_ENERGY": "bend across a gap over its length, rad² a width",
     "GAP_LENGTH": "length of a gap, widths",
     "GAP_ROUND": "roundness of both ends of a gap that is no break of the mask",
-    "DEPTH_SWERVE": "swerve towards the camera or away from it, as a bend, rad²",
+    "DEPTH_SWERVE": "how unlike a cable's swerve towards the camera or away from it is, nats",
     "OTHER_COLOUR": "cables before both ends that differ clearly in colour",
     "GAP_SEEN": "what image and depth say for a gap, nats",
     "OPEN_JUNCTION": "an end left open at a junction",

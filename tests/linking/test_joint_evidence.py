@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dloftbs.data.frame import Frame
-from dloftbs.data.graph import FREE
+from dloftbs.data.graph import FREE, TANGENT
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels.evidence_weights import DEPTHS, PIXELS
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
@@ -22,15 +22,10 @@ class Depths:
     """Evidence that knows depth alone: of each end of the graph, m."""
 
     known: tuple[float, ...]
-    width: float = 12.0
     tells_swerves: bool = True
 
-    @property
-    def depths(self) -> np.ndarray:
-        return np.column_stack((self.known, np.full(len(self.known), 1e-3)))
-
     def swerves(self, pairs: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        return np.abs(np.subtract(*self.depths[pairs, 0].T)) * len(lengths[:1])
+        return np.abs(np.subtract(*np.array(self.known)[pairs].T))
 
     def differ_in_colour(self, pairs: np.ndarray) -> np.ndarray:
         return np.zeros(len(pairs), dtype=bool)
@@ -39,12 +34,13 @@ class Depths:
         return np.zeros(len(pairs)), np.zeros((len(pairs), len(PIXELS))), np.zeros((len(pairs), len(DEPTHS)))
 
 
-def swerve_of(depth: float, shared_depth: float, shared: bool) -> float:
-    """Return the column of a joint from a cable, branch 0, into branch 1, which branch 2 may double."""
+def swerve_of(depth: float, shared_depth: float, shared: bool, turn: float = 0.0) -> float:
+    """Return the column of a joint from a cable, branch 0, into branch 1, which turns, rad, and branch 2 may double."""
     nodes = [FREE, 0, 0, FREE] + [0, FREE] * shared
     ids = np.array([0, 1, 2, 3] + [2, 3] * shared)
     joints = np.zeros((1, len(JOINT)))
     states, roundness = np.zeros((len(ids), 6)), np.ones(len(ids))
+    states[1, TANGENT], states[2, TANGENT] = (1.0, 0.0), (-np.cos(turn), np.sin(turn))
     evidence = Depths((depth, depth, shared_depth, shared_depth))
     add_evidence(evidence, ids, np.array(nodes), states, roundness, np.array([(1, 2)]), joints)  # type: ignore[arg-type]
     return float(joints[0, DEPTH_SWERVE])
@@ -53,6 +49,11 @@ def swerve_of(depth: float, shared_depth: float, shared: bool) -> float:
 @pytest.mark.parametrize("depth", [0.8, 0.9])
 def test_a_step_in_depth_is_one_of_the_cable(depth: float) -> None:
     assert swerve_of(depth, 0.85, shared=False) > 0.0
+
+
+@pytest.mark.parametrize(("turn", "shows"), [(1.5, True), (-1.5, True), (1.7, False), (-3.0, False)])
+def test_a_cable_that_folds_back_may_step_in_depth(turn: float, shows: bool) -> None:
+    assert (swerve_of(0.8, 0.85, shared=False, turn=turn) > 0.0) == shows
 
 
 @pytest.mark.parametrize("depth", [0.8, 0.9])

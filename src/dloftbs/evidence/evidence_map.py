@@ -19,7 +19,7 @@ from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence.kernels.colour_differences import compare_pairs
 from dloftbs.evidence.kernels.end_labels import label_ends
 from dloftbs.evidence.kernels.end_references import sample_cables, sample_references
-from dloftbs.evidence.kernels.gap_depths import DEPTH_NOISE_PER_M, describe_depths, measure_swerves, sample_depths
+from dloftbs.evidence.kernels.gap_depths import describe_depths, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import (
     describe_pixels,
     lay_ways,
@@ -135,7 +135,7 @@ class EndEvidence:
         return self.frame.labels is not None
 
     def swerves(self, pairs: _Ints, lengths: FloatArray) -> FloatArray:
-        """Return how far a cable from end to end would swerve towards the camera or away from it, beyond noise.
+        """Return how unlikely a cable is from end to end, by its swerve towards the camera or away from it.
 
         Parameters
         ----------
@@ -147,7 +147,7 @@ class EndEvidence:
         Returns
         -------
         numpy.ndarray, shape (k,)
-            rad; 0 where depth shows nothing.
+            Minus the logarithm of a density over its peak, nats; 0 where depth shows nothing.
         """
         assert self.frame.camera is not None  # see tells_swerves
         return measure_swerves(self._depths, pairs, lengths, self.frame.camera.fx, self.width)
@@ -155,7 +155,7 @@ class EndEvidence:
     def swerves_into(
         self, ends: list[int], span: tuple[int, int], at_start: bool, lengths: FloatArray
     ) -> FloatArray | None:
-        """Return how far cables would swerve, as `swerves` does, that go on along some points of the graph.
+        """Return how unlikely cables are, as `swerves` does, that go on along some points of the graph.
 
         Parameters
         ----------
@@ -171,7 +171,7 @@ class EndEvidence:
         Returns
         -------
         numpy.ndarray, shape (k,), or None
-            rad; None where the points are too few to show how they go on.
+            nats; None where the points are too few to show how they go on.
         """
         assert self.frame.camera is not None  # see tells_swerves
         no_edge = np.zeros(2, dtype=np.bool_)
@@ -186,16 +186,6 @@ class EndEvidence:
     def has_depth(self) -> npt.NDArray[np.bool_]:
         """True for each end where depth shows how it goes on."""
         known: npt.NDArray[np.bool_] = ~np.isnan(self._depths[:, 2])
-        return known
-
-    @cached_property
-    def depths(self) -> FloatArray:
-        """Depth at each end and its standard deviation, shape (2 n, 2), m; NaN where it is not one cable's."""
-        depths = self._depths
-        deviation = DEPTH_NOISE_PER_M * depths[:, 0] ** 2 / 3.0
-        known: FloatArray = np.empty((len(depths), 2))
-        known[:, 0], known[:, 1] = depths[:, 0], deviation * depths[:, 3]
-        known[~(depths[:, 4] <= deviation)] = np.nan
         return known
 
     def differ_in_colour(self, pairs: _Ints) -> npt.NDArray[np.bool_]:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from dloftbs.data.graph import POSITION, Graph, branch_of, ends_of, other_end
 from dloftbs.evidence import EndEvidence
-from dloftbs.linking.joint_evidence import are_shared, swerve_bends
+from dloftbs.linking.joint_evidence import are_folds, are_shared
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
 from dloftbs.linking.kernels.pair_costs import junction_costs
 from dloftbs.linking.kernels.weights import JOINT
@@ -35,18 +35,6 @@ _MAX_BRANCHES = 6
 Source: by hand; as many crossings in a row are dense.
 """
 
-_CHANGED_PLACES = 4.0
-"""Log-odds against two cables that change places in depth along the branches that they share, nats.
-
-Source: by hand; on 96 generated frames of five cables 4 and 10 are alike, and 10 is worse with a poor camera.
-"""
-
-_SURE_DEVIATIONS = 3.0
-"""Difference of two cables' depths that shows nothing, standard deviations; twice as much shows all.
-
-Source: by definition.
-"""
-
 _Joint = tuple[int, int, float]
 
 
@@ -66,24 +54,22 @@ class DepthSteps:
     """
 
     def __init__(self, graph: Graph, matching: EndMatching, evidence: EndEvidence) -> None:
-        self._matching, self._evidence, self._width = matching, evidence, graph.width
+        self._matching, self._evidence = matching, evidence
         ids = np.array(matching.branches.branch_id)
         self.own = ends_of(ids)
         is_shared = are_shared(self.own)
         self._known = evidence.has_depth[self.own] & ~is_shared
-        self._depths = np.where(is_shared[:, None], np.nan, evidence.depths[self.own])
         self._lengths = np.diff(graph.spans, axis=1).ravel()[ids]
 
     def costs(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
         """Return the cost of a cable's step in depth between the ends of each pair (k, 2), 0 where it is unknown."""
         ends, away = pairs.copy(), np.zeros(pairs.shape)
         for place in zip(*np.nonzero(~self._known[pairs]), strict=True):
-            ends[place], away[place] = self._next_known(int(pairs[place]), self._known)
-        told = (ends >= 0).all(axis=1)  # what is taken for an end of -1 does not count
+            ends[place], away[place] = self._next_known(int(pairs[place]))
+        told = (ends >= 0).all(axis=1) & ~self._are_folds(pairs)  # what is taken for an end of -1 does not count
         positions = self._matching.branches.end_states[pairs, POSITION]
         lengths = np.hypot(*(positions[:, 0] - positions[:, 1]).T) + away.sum(axis=1)
-        swerves = self._evidence.swerves(self.own[ends], lengths) * told
-        costs: FloatArray = JOINT[DEPTH_SWERVE] * swerve_bends(swerves)
+        costs: FloatArray = JOINT[DEPTH_SWERVE] * self._evidence.swerves(self.own[ends], lengths) * told
         return costs
 
     def gain(self, end: int, other: int) -> float:
@@ -94,8 +80,7 @@ class DepthSteps:
         if not closed:
             return 0.0
         costs = self.costs(np.array([pair for pair, _ in closed]))
-        gain = float(costs @ np.array([sign for _, sign in closed]))
-        return gain + (self._keeping_order([end, other, p, q]) if min(p, q) >= 0 else 0.0)
+        return float(costs @ np.array([sign for _, sign in closed]))
 
     def gain_of_second(self, before: list[int], beyond: tuple[int, int], at_start: bool, length: float) -> float:
         """Return how much less it costs by depth if the second of two cables runs on where the other one has ended.
@@ -111,7 +96,7 @@ class DepthSteps:
         length : float
             Of what they share, px.
         """
-        known = [(end, 0.0) if self._known[end] else self._next_known(end, self._known) for end in before]
+        known = [(end, 0.0) if self._known[end] else self._next_known(end) for end in before]
         ends = [end for end, _ in known]
         if min(ends) < 0:
             return 0.0
@@ -119,38 +104,26 @@ class DepthSteps:
         swerves = self._evidence.swerves_into(self.own[ends].tolist(), beyond, at_start, lengths)
         if swerves is None:
             return 0.0
-        one, two = (JOINT[DEPTH_SWERVE] * swerve_bends(swerves)).tolist()
+        one, two = (JOINT[DEPTH_SWERVE] * swerves).tolist()
         return float(one - two)
 
-    def _keeping_order(self, ends: list[int]) -> float:
-        """Return how much less an exchange costs where two cables would change places in depth without it.
+    def _next_known(self, end: int) -> tuple[int, float]:
+        """Return the first end with depth along a cable, behind the branch of an end, and how far away it is, px.
 
-        Two cables that lie over each other may both rise or fall along the branches that they share, but neither goes
-        through the other.
-
-        Parameters
-        ----------
-        ends : list of int
-            End of each cable before the branches, and behind them.
+        There is none behind a fold, at which depth may change by any amount.
         """
-        depths, deviations = self._depths.T
-        known = [end if ~np.isnan(depths[end]) else self._next_known(end, ~np.isnan(depths))[0] for end in ends]
-        if min(known) < 0:
-            return 0.0
-        before, after = (depths[a] - depths[b] for a, b in (known[:2], known[2:]))
-        noise = [float(np.hypot(*deviations[pair])) for pair in (known[:2], known[2:])]
-        sure = min(abs(before) / noise[0], abs(after) / noise[1]) / _SURE_DEVIATIONS - 1.0
-        return float(-np.sign(before * after) * _CHANGED_PLACES * min(max(sure, 0.0), 1.0))
-
-    def _next_known(self, end: int, known: npt.NDArray[np.bool_]) -> tuple[int, float]:
-        """Return the first end with depth along a cable, behind the branch of an end, and how far away it is, px."""
         length = 0.0
         for _ in range(_MAX_BRANCHES):
             length += float(self._lengths[branch_of(end)])
-            end = self._matching.partner[other_end(end)]
-            if end < 0 or known[end]:
+            last, end = other_end(end), self._matching.partner[other_end(end)]
+            if end < 0 or self._are_folds(np.array([[last, end]]))[0]:
+                return -1, length
+            if self._known[end]:
                 return end, length
         return -1, length
+
+    def _are_folds(self, pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        return are_folds(self._matching.branches.end_states, pairs)
 
 
 def exchange_by_depth(graph: Graph, matching: EndMatching, steps: DepthSteps) -> None:

@@ -5,17 +5,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.data.graph import TANGENT
 from dloftbs.evidence import EndEvidence
 from dloftbs.linking.kernels.evidence_weights import DEPTHS, PIXELS
 from dloftbs.linking.kernels.joint_evidence import describe_seen, list_gaps
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE, OTHER_COLOUR
-
-_MAX_SWERVE_RAD = 0.4
-"""Most of a swerve towards the camera or away from it that counts, rad.
-
-Source: measured; of generated cables that lie over each other none of 892 right joints swerves half as much by depth,
-and .37 of the wrong exchanges swerve more.
-"""
 
 _Ints = npt.NDArray[np.int64]
 _Floats = npt.NDArray[np.float64]
@@ -46,14 +40,18 @@ def add_evidence(
     describe_seen(hidden, pixels @ PIXELS + depths @ DEPTHS, gaps, pairs, roundness, joints)
     is_own = ~are_shared(ids)[pairs].any(axis=1)
     if evidence.tells_swerves:
-        joints[:, DEPTH_SWERVE] = swerve_bends(evidence.swerves(own, lengths) * is_own)
+        joints[:, DEPTH_SWERVE] = evidence.swerves(own, lengths) * (is_own & ~are_folds(states, pairs))
     joints[:, OTHER_COLOUR] = evidence.differ_in_colour(own) & is_own
 
 
-def swerve_bends(swerves: _Floats) -> _Floats:
-    """Return the bend, rad^2, of swerves towards the camera or away from it: that of the same swerve beside the way."""
-    bends: _Floats = 3.0 * np.minimum(swerves, _MAX_SWERVE_RAD) ** 2
-    return bends
+def are_folds(states: _Floats, pairs: _Ints) -> npt.NDArray[np.bool_]:
+    """Return True for pairs of ends (k, 2) between which a cable turns by more than a right angle.
+
+    It folds back there, seen from its side: depth may change by any amount, and that is no swerve.
+    """
+    one, other = np.moveaxis(states[pairs, TANGENT], 1, 0)
+    folds: npt.NDArray[np.bool_] = (one * other).sum(axis=1) > 0.0
+    return folds
 
 
 def are_shared(ids: _Ints) -> npt.NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from gap_scenes import is_clear
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.evidence.kernels.gap_depths import _metres_of, describe_depths, measure_swerves, sample_depths
+from dloftbs.evidence.kernels.gap_depths import _metres_of, _spread, describe_depths, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import lay_ways
 from dloftbs.linking.kernels.evidence_weights import DEPTHS
 
@@ -84,8 +84,8 @@ class Scene:
         return None if any(self.mask[at] for at in self.nine(x, y, 4.0)) else self.metres(x, y)
 
 
-def literal_known(scene: Scene, end: int) -> tuple[float, float, float, float, float]:
-    """Return the depth at an end, the height over the ground, the slope outwards, the first's spread, and scatter."""
+def literal_known(scene: Scene, end: int, beyond: float) -> tuple[float, float, float, float, float]:
+    """Return depth at an end, height over the ground, slope outwards, scatter, and the line's spread beyond the end."""
     start, stop = scene.spans[end // 2]
     run = scene.points[start:stop] if end % 2 == 0 else scene.points[start:stop][::-1]
     last = int(min(8.0 * scene.width, len(run) - 1))
@@ -111,14 +111,15 @@ def literal_known(scene: Scene, end: int) -> tuple[float, float, float, float, f
     offsets = sorted(metres - slope * i for i, metres in line)
     heights.sort()
     places = np.array([i for i, _ in line], dtype=float)
-    # The hat matrix of a line of least squares, or of a constant, at 0.
-    columns = np.stack((np.ones(len(line)), places), axis=1)[:, : min(len(line), 2)]
-    at_end = np.eye(2)[0, : columns.shape[1]]
-    deviation = np.sqrt(at_end @ np.linalg.inv(columns.T @ columns) @ at_end)
+    spread = np.nan
+    if len(line) > 1:  # the hat matrix of a line of least squares
+        columns, there = np.stack((np.ones(len(line)), places), axis=1), np.array([1.0, -beyond])
+        spread = np.sqrt(there @ np.linalg.inv(columns.T @ columns) @ there)
     height = heights[(len(heights) - 1) // 2] if heights else np.nan
     level = offsets[(len(offsets) - 1) // 2]
     misses = sorted(abs(offset - level) for offset in offsets)
-    return level, height, -slope if len(line) > 1 else np.nan, deviation, misses[(len(misses) - 1) // 2] / 0.6745
+    scatter = misses[(len(misses) - 1) // 2] / 0.6745
+    return level, height, -slope if len(line) > 1 else np.nan, scatter, spread
 
 
 def literal_description(scene: Scene, known: np.ndarray, p: int, covered: np.ndarray, focal: float) -> list[float]:
@@ -164,7 +165,9 @@ def cauchy(scale: float) -> Callable[[float], float]:
 @given(seeds)
 def test_depths_at_ends_are_those_of_the_literal_twin(seed: int) -> None:
     scene = Scene(seed)
-    np.testing.assert_allclose(scene.known(), [literal_known(scene, end) for end in range(8)], atol=1e-12)
+    known, beyond = scene.known(), float(np.random.default_rng(seed).uniform(0.0, 30.0))
+    found = np.column_stack((known[:, [0, 1, 2, 4]], [_spread(row, beyond) for row in known]))
+    np.testing.assert_allclose(found, [literal_known(scene, end, beyond) for end in range(8)], rtol=1e-9, atol=1e-12)
 
 
 @given(seeds)
@@ -227,26 +230,28 @@ def test_lines_that_lead_behind_the_camera_are_no_error(depths: tuple[float, flo
 def test_swerves_are_those_of_the_literal_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
     depths, heights = 0.7 + rng.normal(0.0, 0.02, 12), rng.choice([0.001, 0.003, 0.008, 0.1, np.nan], 12)
-    scatter = rng.choice([0.0, 0.001, 0.01], 12)
-    known = np.column_stack((depths, heights, rng.normal(0.0, 3e-4, 12), rng.uniform(0.7, 1.5, 12), scatter))
-    known[rng.integers(12), 2] = np.nan
+    scatter, slopes = rng.choice([0.0, 0.001, 0.01], 12), rng.normal(0.0, rng.choice([3e-4, 0.01]), 12)
+    columns = depths, heights, slopes, rng.uniform(0.4, 0.7, 12), scatter, rng.uniform(5.0, 30.0, 12)
+    known = np.column_stack((*columns, rng.uniform(0.01, 0.05, 12)))
+    known[rng.integers(12), 2], known[rng.integers(12), 0] = np.nan, -0.1
     known[rng.integers(12)] = np.nan
     pairs, lengths = rng.integers(0, 12, (20, 2)), rng.uniform(0.0, 60.0, 20)
     focal, width = 900.0, 10.0
     expected = []
     for (i, j), length in zip(pairs, np.maximum(lengths, width), strict=True):
-        (z, height, slope, spread, uneven), (other_z, other_height, other_slope, other_spread, other_uneven) = known[
-            [i, j]
-        ]
+        (z, height, slope, *_), (other_z, other_height, other_slope, *_) = known[[i, j]]
+        spread, other_spread = (np.hypot(known[e, 3], known[e, 6] * (known[e, 5] + 0.5 * length)) for e in (i, j))
+        uneven = max(known[i, 4], known[j, 4])
         deviation = NOISE / 3.0 * (0.5 * (z + other_z)) ** 2
         # The line beyond one end meets that beyond the other half-way, but for this.
-        jump = abs((z + 0.5 * length * slope) - (other_z + 0.5 * length * other_slope))
-        excess = jump - deviation * np.hypot(spread, other_spread)
+        jump = (other_z + 0.5 * length * other_slope) - (z + 0.5 * length * slope)
+        excess = max(abs(jump) - deviation * np.hypot(spread, other_spread), 0.0)
         per_px = 0.5 * (z + other_z) / focal
         is_ground = any(h < max(2.0 * deviation, 0.5 * width * per_px) for h in (height, other_height))
-        told = excess > 0.0 and not is_ground and max(uneven, other_uneven) <= deviation
-        metres = length * per_px
-        expected.append(max(np.arctan2(excess, metres) - 0.2, 0.0) if told else 0.0)
+        told = np.isfinite(jump) and min(z, other_z) > 0.0 and not is_ground and uneven <= deviation
+        rise = 0.5 * (slope - other_slope) * length
+        steep, even = (np.arctan2(z_there, length * per_px) for z_there in (rise + np.copysign(excess, jump), rise))
+        expected.append(np.log(1.0 + ((steep - even) / 0.15) ** 2) if told else 0.0)
     np.testing.assert_allclose(measure_swerves(known, pairs, lengths, focal, width), expected, atol=1e-12)
 
 
@@ -256,9 +261,30 @@ def test_swerves_are_those_of_the_literal_twin(seed: int) -> None:
 def test_an_end_that_shows_the_ground_or_now_this_and_now_that_tells_no_swerve(
     heights: tuple[float, float], uneven: float, tells: bool
 ) -> None:
-    known = np.array([[0.7, heights[0], 0.0, 1.0, 0.0], [0.75, heights[1], 0.0, 1.0, uneven]])
-    (angle,) = measure_swerves(known, np.array([[0, 1]]), np.array([20.0]), 900.0, 10.0)
-    assert (angle > 0.5) == tells
+    known = np.array([[0.7, heights[0], 0.0, 0.6, 0.0, 20.0, 0.02], [0.75, heights[1], 0.0, 0.6, uneven, 20.0, 0.02]])
+    (swerve,) = measure_swerves(known, np.array([[0, 1]]), np.array([20.0]), 900.0, 10.0)
+    assert swerve > 2.0 if tells else swerve == 0.0
+
+
+def test_a_steep_cable_swerves_by_the_angle_between_its_ways() -> None:
+    """It leads away from the camera at 70 degrees, and at 80 across the gap; a level one would step by as much."""
+    focal, width, length = 900.0, 10.0, 20.0
+    slope, way = (np.tan(np.radians(angle)) / focal for angle in (70.0, 80.0))  # m per px, at a depth of 1 m
+    steep, level = np.zeros((2, 2, 7))
+    steep[:, 0], level[:, 0] = (1.0 + 0.5 * step * length * np.array([-1.0, 1.0]) for step in (way, way - slope))
+    steep[:, 1], level[:, 1], steep[:, 2] = 0.5, 0.5, (slope, -slope)
+    pair, lengths = np.array([[0, 1]]), np.array([length])
+    (of_steep,), (of_level,) = (measure_swerves(ends, pair, lengths, focal, width) for ends in (steep, level))
+    assert of_steep == pytest.approx(np.log1p((np.radians(10.0) / 0.15) ** 2))
+    assert of_level > 4.0 * of_steep
+
+
+def test_a_short_branch_says_little_of_a_long_way() -> None:
+    """Two places a width apart show a slope that noise alone may have."""
+    focal, width, pair = 900.0, 10.0, np.array([[0, 1]])
+    ends = np.array([[1.0, 0.5, 0.0, 0.7, 0.0, 9.0, 0.14], [1.04, 0.5, 0.0, 0.7, 0.0, 9.0, 0.14]])
+    assert measure_swerves(ends, pair, np.array([10.0]), focal, width)[0] > 1.0
+    assert measure_swerves(ends, pair, np.array([100.0]), focal, width)[0] == 0.0
 
 
 @given(seeds)

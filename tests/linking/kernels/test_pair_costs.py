@@ -8,7 +8,7 @@ from tests.linking.kernels.test_joint_features import WIDTH, arm
 
 from dloftbs.linking.kernels import joint_features as columns
 from dloftbs.linking.kernels.evidence_weights import MAX_SEEN
-from dloftbs.linking.kernels.joint_features import prices
+from dloftbs.linking.kernels.joint_features import describe_pairs, prices
 from dloftbs.linking.kernels.pair_costs import FOLD_COST, junction_costs, pair_costs
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 
@@ -46,21 +46,22 @@ def test_a_junction_lists_its_ends_and_the_costs_of_all_pairs() -> None:
     assert matrix[2, 3] >= 1e3  # two spurs
 
 
-def test_a_link_costs_the_same_for_all_that_ask_for_it() -> None:
+def test_a_link_costs_the_same_in_the_decision_and_wherever_links_are_listed() -> None:
     """Around a corner it is free, and no other one costs more than the fold that it may be, but for those of spurs."""
-    nodes, states = star_states(0, 20, 180, 200)
+    nodes, states = star_states(0, 20, 40, 200)
     spur, corners = np.array([False, False, False, True]), np.full(8, -1)
     corners[[0, 4]] = 7
     pairs, _ = costs_of(nodes, states, spur=spur, corners=corners, more=1e3)
     _, members, _, costs = junction_costs(nodes, spur, corners, states, WIDTH)
     matrix = costs.reshape(4, 4)
     assert pairs[0, 4] == 0.0
-    assert pairs[0, 2] == pytest.approx(FOLD_COST)
-    assert pairs[4, 6] > FOLD_COST
+    assert pairs[0, 2] == pairs[2, 4] == pytest.approx(FOLD_COST)
     for a, b in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)):
         assert pairs[int(members[a]), int(members[b])] == pytest.approx(matrix[a, b])
-    only = nodes[:4], states[:4]
-    assert junction_costs(only[0], np.zeros(2, np.bool_), np.full(4, -1), only[1], WIDTH)[3][1] > FOLD_COST
+    (only,), four = describe_pairs(states, np.array([[0, 2]]), nodes, np.zeros(8), WIDTH), np.full(4, -1)
+    alone = junction_costs(nodes[:4], np.zeros(2, np.bool_), four, states[:4], WIDTH)[3][1]
+    assert alone == pytest.approx(min(only @ JOINT, 1.98 * OPEN_KINK))
+    assert alone > FOLD_COST
 
 
 def costs_of(
@@ -171,10 +172,10 @@ def test_all_pairs_of_many_ends_are_listed() -> None:
     turn = np.linspace(0, 360, n, endpoint=False)
     states = np.array([arm(100 + 5 * np.cos(np.radians(t)), 100 + 5 * np.sin(np.radians(t)), t + 180) for t in turn])
     pairs, open_cost = costs_of(nodes, states)
-    *_, costs = junction_costs(nodes, np.zeros(n // 2, np.bool_), np.full(n, -1), states, WIDTH)
-    matrix = costs.reshape(n, n)
-    expected = {(i, j): matrix[i, j] for i in range(n) for j in range(i + 1, n)}
-    assert max(expected.values()) == pytest.approx(FOLD_COST)
+    every = np.stack(np.triu_indices(n, 1), axis=1)
+    links = np.minimum(prices(describe_pairs(states, every, nodes, np.zeros(n), WIDTH), JOINT), FOLD_COST)
+    assert links.max() == FOLD_COST
+    expected = dict(zip(map(tuple, every.tolist()), links.tolist(), strict=True))
     assert len(pairs) > 4 * n + 16
     assert pairs == pytest.approx(expected)
     assert 2.0 * open_cost.min() > FOLD_COST

@@ -25,9 +25,9 @@ from dloftbs.linking.kernels.weights import JOINT
     GAP_SEEN,
 ) = range(8)
 """Columns of a joint: the turn and the swerve of a link through a junction, rad^2; the bend of a gap over its length,
-rad^2 a width; its length, widths; the roundness of its ends, if it is no break of the mask; the bend of a swerve
-towards the camera or away from it, as depth shows it, rad^2; 1 if the cables before both ends differ clearly in colour;
-what image and depth say for a gap, nats."""
+rad^2 a width; its length, widths; the roundness of its ends, if it is no break of the mask; how unlike a cable's its
+swerve towards the camera or away from it is, as depth shows it, nats; 1 if the cables before both ends differ clearly
+in colour; what image and depth say for a gap, nats."""
 
 OPEN_JUNCTION, OPEN_KINK, OPEN_FREE = range(3)
 """Columns of an end that stays open: 1 at a junction; 1 at a sharp turn where nothing else meets; 1 for a free end."""

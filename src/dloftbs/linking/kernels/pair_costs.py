@@ -99,7 +99,7 @@ def _link_costs(
                 describe_link(states, i, j, width, links[here])
                 cost = price(links[here], JOINT)
                 if not spur[branch_of(i)] and not spur[branch_of(j)]:
-                    links[here] *= min(most / max(cost, most), 1.0)
+                    links[here] *= most / max(cost, most)
                     cost = min(cost, most)
                 costs[here] = costs[there] = cost
     return starts, costs, links
@@ -147,7 +147,7 @@ def junction_costs(
     starts : (junctions + 1,) int64
         Start of each junction's costs: a square matrix of its ends, row by row.
     costs : (k,) float64
-        nats.
+        nats; `FORBIDDEN` where there is no pair.
     """
     first, members = _list_junction_ends(nodes)
     degree, end_id = _degrees(first, members, spur), np.arange(len(nodes))

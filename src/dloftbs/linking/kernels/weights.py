@@ -13,7 +13,7 @@ JOINT = np.array([
     22.71,  # GAP_ENERGY
     0.26,  # GAP_LENGTH
     1.90,  # GAP_ROUND
-    3.35,  # DEPTH_SWERVE
+    0.97,  # DEPTH_SWERVE
     7.30,  # OTHER_COLOUR
     -1.00,  # GAP_SEEN
 ])  # fmt: skip
