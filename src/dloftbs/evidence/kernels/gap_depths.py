@@ -21,12 +21,6 @@ EDGE_PX = 4.0
 Source: geometry; depth cameras displace edges by 2 to 4 px.
 """
 
-DEPTH_TOLERANCE_M = 0.01
-"""Least difference of depths that shows what is in front, metres.
-
-Source: geometry; half of a thick cable, whose surface is nearer than its axis.
-"""
-
 DEPTH_NOISE_PER_M = 0.012
 """Three standard deviations of a depth camera, metres at a distance of one, growing with its square.
 
@@ -147,6 +141,32 @@ def _is_clear(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
     return True
 
 
+@helper
+def _lay_line(
+    depths: npt.NDArray[np.float64],
+    at: npt.NDArray[np.float64],
+    slopes: npt.NDArray[np.float64],
+    known: npt.NDArray[np.float64],
+) -> None:
+    """Write what the line of Theil and Sen through depths before an end shows: all columns but the ground's.
+
+    There is room for the slopes of all pairs.
+    """
+    count, found = 0, len(depths)
+    for i in range(found):
+        for j in range(i + 1, found):
+            slopes[count] = (depths[j] - depths[i]) / (at[j] - at[i])
+            count += 1
+    slope = _median(slopes[:count]) if count > 0 else 0.0
+    middle = np.mean(at)
+    known[0] = _median(depths - slope * at)
+    known[2] = -slope if found > 1 else np.nan
+    known[3] = 1.0 / np.sqrt(found)
+    known[4] = _median(np.abs(depths - slope * at - known[0])) / MEDIAN_DEVIATION
+    known[5] = middle
+    known[6] = 1.0 / np.sqrt(np.sum((at - middle) ** 2)) if found > 1 else np.nan
+
+
 @kernel(
     (read(float32, 2), read(uint16, 2)), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2),
     read(boolean, 1), float64,
@@ -231,19 +251,8 @@ def sample_depths(
                     if not np.isnan(ground):
                         heights[grounds] = ground - metres
                         grounds += 1
-        count = 0
-        for i in range(found):
-            for j in range(i + 1, found):
-                slopes[count] = (depths[j] - depths[i]) / (at[j] - at[i])
-                count += 1
         if found > 0:
-            slope = _median(slopes[:count]) if count > 0 else 0.0
-            known[e, 0] = _median(depths[:found] - slope * at[:found])
-            known[e, 2] = -slope if found > 1 else np.nan
-            middle = np.mean(at[:found])
-            known[e, 3], known[e, 5] = 1.0 / np.sqrt(found), middle
-            known[e, 6] = 1.0 / np.sqrt(np.sum((at[:found] - middle) ** 2)) if found > 1 else np.nan
-            known[e, 4] = _median(np.abs(depths[:found] - slope * at[:found] - known[e, 0])) / MEDIAN_DEVIATION
+            _lay_line(depths[:found], at[:found], slopes, known[e])
         known[e, 1] = _median(heights[:grounds])
     return known
 

@@ -8,13 +8,19 @@ import numpy as np
 import numpy.typing as npt
 from numba import float32, float64, int64, uint8, uint16
 
-from dloftbs.evidence.kernels.gap_depths import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M, pixel
+from dloftbs.evidence.kernels.gap_depths import DEPTH_NOISE_PER_M, pixel
 from dloftbs.kernels.compiler import helper, kernel, read
 
 HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
 """Answers of `OcclusionEvidence.look` for a place, codes.
 
 Source: by definition.
+"""
+
+_DEPTH_TOLERANCE_M = 0.01
+"""Least difference of depths that shows what is in front, metres.
+
+Source: geometry; half of a thick cable, whose surface is nearer than its axis.
 """
 
 _MIN_DEPTHS = 3
@@ -88,7 +94,7 @@ def look_at_pixels(
                 x, y = points[n, 0] + reach * _CROSS[k, 0], points[n, 1] + reach * _CROSS[k, 1]
                 counts[n, k] = depth[pixel(y, depth.shape[0]), pixel(x, depth.shape[1])]
         for n in range(len(points)):
-            limit = DEPTH_TOLERANCE_M + DEPTH_NOISE_PER_M * expected[n] * expected[n]
+            limit = _DEPTH_TOLERANCE_M + DEPTH_NOISE_PER_M * expected[n] * expected[n]
             nearer, farther, known = 0, 0, 0
             for k in range(len(_CROSS)):
                 metres = counts[n, k] * unit_m

@@ -296,7 +296,7 @@ def pair_costs(
             at_gap += across == j
             bound = open_cost[i] + open_cost[j]
             if onward == j:
-                cost, measured = costs[row + at_link], links[row + at_link]
+                cost, measured = costs[row + at_link], links[row + at_link]  # `FORBIDDEN` where there is none
                 at_link += 1
             else:
                 if branch_of(end_id[i]) == branch_of(end_id[j]):  # the two ends of a branch, or those of its duplicates
