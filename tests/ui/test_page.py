@@ -346,7 +346,7 @@ def test_two_fingers_on_a_camera_leave_it_live(open_page):
     with tuning(source=CableSource(400, live=True)) as address:
         page = open_page(address, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
         page.locator("#live[aria-pressed=true]").wait_for()
-        wait_for_text(page, "#position", "1")
+        wait_for_text(page, "#hint", "Draw along a cable")
         touch = page.context.new_cdp_session(page)
         first, *_, last = [{"x": x, "y": y, "id": 0} for x, y in on_screen(page, along())]
         touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [first]})
