@@ -53,6 +53,7 @@ class TestHidden:
         tracker = Tracker()
         for step in range(10):
             see(tracker, turned(SHAPES[shape], 0.004 * step))
+        surest = 0.95
         for step in range(10, 14):
             whole = turned(SHAPES[shape], 0.004 * step)
             (track,) = see(tracker, part(whole, *span))
@@ -61,7 +62,8 @@ class TestHidden:
             assert track.curve.length == pytest.approx(whole.length, rel=0.02)
             assert is_covered(track.inferred, 0.01) == (span[0] > 0.0)
             assert is_covered(track.inferred, 0.99) == (span[1] < 1.0)
-            assert 0.5 < track.confidence < 1.0
+            assert 0.2 < track.confidence < surest  # nothing shows what hides it, and each frame is clear
+            surest = track.confidence
 
     @pytest.mark.parametrize("flip", [False, True])
     @pytest.mark.parametrize("end", [0, 1])

@@ -104,7 +104,7 @@ class Track(ObjectShape):
     inferred : tuple of (float, float)
         The intervals of the ``u`` of `curve`, ascending, that this frame does not show; all of it while hidden.
     confidence : float
-        Confidence in the curve, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
+        Probability that the curve is right, in 0..1; less the longer ago the inferred part of it was seen.
     width_px : float, optional
         Width of the object when it was last seen; None where no detection had one.
     ends : (EndKind, EndKind), optional

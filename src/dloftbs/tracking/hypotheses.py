@@ -15,7 +15,7 @@ MAX_HYPOTHESES = 4
 Source: measured; two follow real cables worse, and eight no better.
 """
 
-_MAX_NATS = 4.0
+MAX_NATS = 4.0
 """Log-odds against a hypothesis from which it is given up, nats.
 
 Source: measured; odds of 55 to one. With 6 nats real cables are followed no better, in an eighth more time.
@@ -75,7 +75,7 @@ def select_likeliest(continuations: Sequence[Continuation]) -> list[Continuation
     ranked = sorted(continuations, key=lambda one: -one.nats)
     kept: dict[Seen, Continuation] = {}
     for one in ranked:
-        if len(kept) == MAX_HYPOTHESES or one.nats < ranked[0].nats - _MAX_NATS:
+        if len(kept) == MAX_HYPOTHESES or one.nats < ranked[0].nats - MAX_NATS:
             break
         kept.setdefault(_list_seen(one), one)
     return list(kept.values())

@@ -64,8 +64,8 @@ def _cut_visible(
     return VisibleCurve(cut(model.curve, span), curve_3d, inferred, model.sight.confidence_in(span), span, parts)
 
 
-def to_track(model: TrackModel, view: View) -> Track:
-    """Return the track as published."""
+def to_track(model: TrackModel, view: View, probability: float) -> Track:
+    """Return the track as published; its curve is right with a probability, but for what was long unseen."""
     visible = model.visible or VisibleCurve(model.curve, model.curve_3d, model.sight.inferred, model.sight.confidence)
     return Track._unchecked(
         model.id,
@@ -76,7 +76,7 @@ def to_track(model: TrackModel, view: View) -> Track:
         model.misses,
         model.detection,
         tuple([(float(low), float(high)) for low, high in visible.inferred]),
-        visible.confidence,
+        probability * visible.confidence,
         None if math.isnan(model.width) else model.width,
         _ends(model, visible, view),
         _between(model.motion.velocity, visible.track_span) if model.motion.is_known else None,

@@ -25,6 +25,7 @@ from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.observation import Observation, make_observations
 from dloftbs.tracking.partial_match import TrackObservation
 from dloftbs.tracking.publication import make_hidden_curve, to_track
+from dloftbs.tracking.track_confidence import probability_of, signs_of
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import extrapolated_time, move_curve
 from dloftbs.tracking.track_update import update_seen
@@ -154,7 +155,10 @@ class Tracker:
             return self._tracks
         self._update_tracks(observations, dt)
         # Of each, since to publish a track is to record its ends, by which later frames are read.
-        (published, lost), *_ = [_publish(one.models, self._view, dt) for one in self._hypotheses]
+        likeliest, *others = self._hypotheses
+        published, lost = _publish(likeliest.models, self._view, dt, self._hypotheses)
+        for one in others:
+            _publish(one.models, self._view, dt)
         self._tracks, self._lost = self._smooth(published, dt), tuple(lost)
         self._branches.record(observations, self._tracks)
         return self._tracks
@@ -295,8 +299,13 @@ class Tracker:
         return tuple(result)
 
 
-def _publish(models: Sequence[TrackModel], view: View, dt: float) -> tuple[list[Track], list[Track]]:
-    """Return the tracks of a hypothesis that are published, and those that are lost."""
+def _publish(
+    models: Sequence[TrackModel], view: View, dt: float, hypotheses: Sequence[Hypothesis] = ()
+) -> tuple[list[Track], list[Track]]:
+    """Return the tracks of a hypothesis that are published, and those that are lost.
+
+    The more of some hypotheses have the same curve, the surer it is.
+    """
     published: list[Track] = []
     lost: list[Track] = []
     for model in models:
@@ -304,7 +313,7 @@ def _publish(models: Sequence[TrackModel], view: View, dt: float) -> tuple[list[
             model.visible = make_hidden_curve(model, view)
         else:
             model.measure_in_space(dt)
-        track = to_track(model, view)
+        track = to_track(model, view, probability_of(signs_of(model, hypotheses)))
         if not model.misses:
             model.record(track.ends)
         (lost if model.misses and model.visible is None else published).append(track)

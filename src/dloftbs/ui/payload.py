@@ -39,7 +39,6 @@ def describe(result: FrameResult) -> dict[str, Any]:
 def _curve(item: Item, found: Track | Detection) -> dict[str, Any]:
     points = Path.of(item.curve).points
     ends = getattr(found, "ends", None)
-    seen = found.detection if isinstance(found, Track) else found
     return {
         "label": item.label,
         "colour": as_css(item.colour),
@@ -53,7 +52,7 @@ def _curve(item: Item, found: Track | Detection) -> dict[str, Any]:
         "crossed": list(item.crossed),
         "ends": None if ends is None else [end.value for end in ends],
         "state": found.state.value if isinstance(found, Track) else "detected",
-        "confidence": min(found.confidence, seen.confidence if seen is not None else 1.0),
+        "confidence": found.confidence,
         "length": item.curve.length,
         "length_m": None if found.curve_3d is None else found.curve_3d.length,
         "space": None if found.curve_3d is None else _in_space(found.curve_3d),

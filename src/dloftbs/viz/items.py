@@ -22,7 +22,7 @@ from dloftbs.viz.view import View
 
 _DIM, _DIMMER = 0.3, 0.65  # of hidden tracks, where they are sure and where they are not at all
 _WINDOW = 0.05  # of a curve, in which to look for a place on it
-_SURE = 0.995  # rounds to 100 %
+_SURE = 0.95  # what is less sure says so
 
 Object = Track | Detection | BSplineCurve
 """Anything with a curve in the image."""
@@ -113,7 +113,7 @@ def bare_items_of(objects: Object | Iterable[Object], style: Style) -> list[Item
 
 
 def _labelled(label: str, confidence: float) -> str:
-    """Return a label with the confidence behind it, where that is less than full."""
+    """Return a label with the confidence behind it, where that is not sure."""
     return label if confidence >= _SURE else f"{label}: {100.0 * confidence:.0f} %"
 
 
@@ -143,7 +143,7 @@ def _of_track(track: Track, result: FrameResult, style: Style) -> Item:
         faded = dimmed(colour, style.ink, _DIMMER + (_DIM - _DIMMER) * track.confidence)
         return Item(track.curve, f"{label} ({track.misses})", faded, width_px=track.width_px, hidden=True)
     seen = track.detection
-    label = _labelled(label, track.confidence if seen is None else min(track.confidence, seen.confidence))
+    label = _labelled(label, track.confidence)
     if seen is None:
         return Item(track.curve, label, colour, inferred=track.inferred, width_px=track.width_px)
     item = _of_seen(seen, result, label, colour)
