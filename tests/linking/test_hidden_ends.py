@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from linking_examples import coil, detect, distances, draw, hide, matching_of
@@ -51,6 +53,14 @@ def test_gaps_that_are_too_long_stay_open() -> None:
     graph, matching = before_joining(hide(draw(coil()), *HIDDEN[0]))
     link_hidden_ends(graph, matching, 0.5)
     assert len(matching.chains()) == 2
+
+
+@pytest.mark.parametrize(("cost", "chains"), [(0.0, 1), (50.0, 2)])
+def test_evidence_against_a_gap_counts(cost: float, chains: int) -> None:
+    graph, matching = before_joining(hide(draw(coil()), *HIDDEN[0]))
+    steps = SimpleNamespace(costs=lambda pairs: np.full(len(pairs), cost))
+    link_hidden_ends(graph, matching, 25.0, steps)  # type: ignore[arg-type]
+    assert len(matching.chains()) == chains
 
 
 def test_an_end_that_is_cheap_to_leave_open_stays_open() -> None:

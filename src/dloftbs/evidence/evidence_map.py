@@ -188,14 +188,47 @@ class EndEvidence:
         known: npt.NDArray[np.bool_] = ~np.isnan(self._depths[:, 2])
         return known
 
+    @property
+    def tells_colours(self) -> bool:
+        """True if there is an image."""
+        return self.frame.image is not None
+
+    @property
+    def tells_steps(self) -> bool:
+        """True if a step of a cable in depth or in colour would show."""
+        return self.tells_swerves or self.tells_colours
+
     def differ_in_colour(self, pairs: _Ints) -> npt.NDArray[np.bool_]:
         """Return True for pairs of ends (k, 2) whose cables differ clearly in colour, all along before them."""
         if self.frame.image is None or len(pairs) == 0:
             return np.zeros(len(pairs), dtype=np.bool_)
-        ends, numbers = np.unique(pairs, return_inverse=True)
-        image = self.frame.image[self._window]
-        colours = sample_cables(image, self._points, self.graph.spans, ends, self.width)
-        return compare_pairs(*colours, numbers.reshape(pairs.shape))
+        return compare_pairs(*self._colours, pairs)
+
+    def differ_along(self, ends: list[int], span: tuple[int, int], at_start: bool) -> npt.NDArray[np.bool_]:
+        """Return True for ends whose cables differ clearly in colour, as `differ_in_colour` does, from some points.
+
+        Parameters
+        ----------
+        ends : list of int
+        span : (int, int)
+            The points of the graph.
+        at_start : bool
+            True if the first one of these is nearest to the ends, not the last one.
+        """
+        colours, samples, offsets = self._colours
+        ahead, more, count = self._sample_colours(np.array([span]), np.array([0 if at_start else 1]))
+        known = (
+            np.concatenate((colours, ahead)),
+            np.concatenate((samples, more)),
+            np.append(offsets, len(samples) + count[1]),
+        )
+        return compare_pairs(*known, np.column_stack((ends, np.full(len(ends), len(colours)))))
+
+    @property
+    def has_colour(self) -> npt.NDArray[np.bool_]:
+        """True for each end before which the image shows a cable's colour."""
+        known: npt.NDArray[np.bool_] = ~np.isnan(self._colours[0][:, 0])
+        return known
 
     def instance_signs(self, pairs: _Ints) -> FloatArray:
         """Return 1 for pairs of ends (k, 2) of one labelled object, -1 for those of two, 0 where that is unknown."""
@@ -251,6 +284,15 @@ class EndEvidence:
         """Label before each end, shape (2 n,); 0 where none is seen."""
         assert self.frame.labels is not None
         return label_ends(self.frame.labels[self._window], self._points, self.graph.spans, self.width)
+
+    @cached_property
+    def _colours(self) -> tuple[FloatArray, FloatArray, _Ints]:
+        """Colours before all ends, as `sample_cables` returns them."""
+        return self._sample_colours(self.graph.spans, np.arange(len(self.graph.nodes)))
+
+    def _sample_colours(self, spans: _Ints, ends: _Ints) -> tuple[FloatArray, FloatArray, _Ints]:
+        assert self.frame.image is not None  # see tells_colours
+        return sample_cables(self.frame.image[self._window], self._points, spans, ends, self.width)
 
     @cached_property
     def _depths(self) -> FloatArray:

@@ -11,8 +11,8 @@ from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence import EvidenceMap
 from dloftbs.linking.branch_points import find_branch_points, shared_by_none
 from dloftbs.linking.centerlines import assemble
-from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
+from dloftbs.linking.evidence_steps import EvidenceSteps, exchange_by_evidence
 from dloftbs.linking.hidden_ends import lead_straightest_through, link_hidden_ends
 from dloftbs.linking.joint_confidence import open_doubtful_gaps
 from dloftbs.linking.known_count import merge_to_count
@@ -79,13 +79,13 @@ def link(
         matching = match_ends(crop, graph, config.max_gap_widths, prior, at_ends, branched=True, unshared=own)
     lead_straightest_through(graph, matching, config.max_gap_widths)
     steps = None
-    if at_ends is not None and at_ends.tells_swerves and bool((graph.nodes >= 0).any()):
-        steps = DepthSteps(graph, matching, at_ends)
-        exchange_by_depth(graph, matching, steps)
+    if at_ends is not None and at_ends.tells_steps and bool((graph.nodes >= 0).any()):
+        steps = EvidenceSteps(graph, matching, at_ends)
+        exchange_by_evidence(graph, matching, steps)
     separate_parallel_runs(graph, matching, prior, steps)
     open_loops(graph, matching)
     close_rings(graph, matching)
-    link_hidden_ends(graph, matching, config.max_gap_widths)
+    link_hidden_ends(graph, matching, config.max_gap_widths, steps)
     open_doubtful_gaps(matching, graph.width, config.min_gap_confidence)
     if config.objects is not None:
         merge_to_count(graph, matching, config.objects, at_ends)

@@ -18,6 +18,7 @@ from dloftbs.data.graph import (
     start_of,
     stop_of,
 )
+from dloftbs.linking.evidence_steps import EvidenceSteps
 from dloftbs.linking.kernels.joint_features import OPEN_FREE
 from dloftbs.linking.kernels.weights import OPEN
 from dloftbs.linking.matched_ends import EndMatching, turn_costs
@@ -30,7 +31,9 @@ Source: by hand; as long as the skeleton needs to be smooth.
 """
 
 
-def link_hidden_ends(graph: Graph, matching: EndMatching, max_gap_widths: float) -> None:
+def link_hidden_ends(
+    graph: Graph, matching: EndMatching, max_gap_widths: float, steps: EvidenceSteps | None = None
+) -> None:
     """Join the ends of cables inside of shared branches with free ends of others, where that bends little.
 
     A cable that seems to end beside another one may have come to lie there while it was hidden.
@@ -42,6 +45,8 @@ def link_hidden_ends(graph: Graph, matching: EndMatching, max_gap_widths: float)
         Changed.
     max_gap_widths : float
         Longest gap that is bridged, in widths.
+    steps : EvidenceSteps, optional
+        Other depth or another colour speaks against such a gap.
     """
     branches = matching.branches
     shared = [end for branch in branches.duplicate_of for end in (start_of(branch), stop_of(branch))]
@@ -53,6 +58,7 @@ def link_hidden_ends(graph: Graph, matching: EndMatching, max_gap_widths: float)
         _locate(graph, matching, end)
     pairs = np.array([(i, j) for i in inner for j in free])
     gains, costs = _price(graph, matching, pairs, max_gap_widths)
+    gains = gains if steps is None else gains - steps.costs(pairs)
     for gain, cost, (i, j) in sorted(zip(gains.tolist(), costs.tolist(), pairs.tolist(), strict=True), key=_best_first):
         if gain <= 0.0:
             return

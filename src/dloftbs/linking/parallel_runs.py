@@ -15,8 +15,8 @@ from dloftbs.data.graph import (
     start_of,
     stop_of,
 )
-from dloftbs.linking.depth_steps import MIN_GAIN, DepthSteps
 from dloftbs.linking.end_widths import gain_by_width
+from dloftbs.linking.evidence_steps import MIN_GAIN, EvidenceSteps
 from dloftbs.linking.kernels import parallel_runs as kernels
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.linking.temporal_prior import TemporalPrior
@@ -53,7 +53,7 @@ def separate_parallel_runs(
     graph: Graph,
     matching: EndMatching,
     prior: TemporalPrior | None = None,
-    steps: DepthSteps | None = None,
+    steps: EvidenceSteps | None = None,
 ) -> None:
     """Give each cable of shared branches its own offset axis, and join it with the cable that continues it.
 
@@ -66,7 +66,7 @@ def separate_parallel_runs(
     matching : EndMatching
         Changed.
     prior : TemporalPrior, optional
-    steps : DepthSteps, optional
+    steps : EvidenceSteps, optional
     """
     if not matching.branches.duplicate_of:
         return
@@ -113,7 +113,7 @@ def _separate(
     series: _Series,
     raw_radius: FloatArray,
     prior: TemporalPrior | None,
-    steps: DepthSteps | None,
+    steps: EvidenceSteps | None,
 ) -> None:
     branches, partner, width = matching.branches, matching.partner, graph.width
     if _one_stops_at(branches, series[0]):  # the branch inside of which a cable ends comes last
@@ -217,7 +217,7 @@ def _other_one_stops(
     before: list[int],
     raw_radius: FloatArray,
     side: float,
-    steps: DepthSteps | None,
+    steps: EvidenceSteps | None,
 ) -> bool:
     """Return whether of two cables that share branches the one that seems to run on ends, and the other one runs on.
 
@@ -233,7 +233,7 @@ def _other_one_stops(
     raw_radius : numpy.ndarray, shape (m,)
     side : float
         1 where the first of the two lies at last on the side to which x turns into y, -1 on the other.
-    steps : DepthSteps, optional
+    steps : EvidenceSteps, optional
     """
     branches, nodes, width = matching.branches, matching.branches.nodes, graph.width
     ends = series[-1]

@@ -29,7 +29,7 @@ from dloftbs_lab.synthetic.generated import (
 from dloftbs_lab.synthetic.motion import smoothstep, window
 from dloftbs_lab.synthetic.motion_capture import FILES, Recording, recordings_in
 from dloftbs_lab.synthetic.space_axis import axis_curve, image_curve
-from dloftbs_lab.synthetic.space_paint import CABLE_BGR, SKIN_BGR, paint_spheres
+from dloftbs_lab.synthetic.space_paint import CABLE_BGR, COLOURS_BGR, SKIN_BGR, paint_spheres
 from dloftbs_lab.synthetic.space_scene import Rendering, draw_spheres, hd_camera
 from dloftbs_lab.truth import Truth
 
@@ -63,6 +63,7 @@ class _Variant:
     occluders: bool = False
     depth: bool = False
     image: bool = False
+    colours: bool = False
 
 
 _VARIANTS: Mapping[str, _Variant] = {
@@ -71,10 +72,11 @@ _VARIANTS: Mapping[str, _Variant] = {
     "depth": _Variant((3,), depth=True),
     "occluders and depth": _Variant((3,), occluders=True, depth=True),
     "occluders and image": _Variant((3,), occluders=True, image=True),
+    "coloured image": _Variant((), image=True, colours=True),
 }
 REAL_MOTION_VARIANTS = tuple(_VARIANTS)
 """Variants of the sequences: the mask alone; with discs that move over the cables; with depth as a camera measures it;
-with both; with the discs and an image."""
+with both; with the discs and an image; with an image in which cables differ in colour, which the suite leaves out."""
 
 
 class _Disc(NamedTuple):
@@ -172,9 +174,17 @@ class RealMotionSequence(NumberedSequence):
             depth = TYPICAL_NOISE.apply(seen.depth, seen.mask, np.random.default_rng(key))
             frame = replace(frame, depth=depth, camera=self.camera)
         if self._variant.image:
-            colours = np.where((np.arange(len(seen.radius)) < seen.cable)[:, None], CABLE_BGR, SKIN_BGR)
-            frame = replace(frame, image=paint_spheres(seen, colours, self.camera, key))
+            frame = replace(frame, image=paint_spheres(seen, self._colours_of(index, seen), self.camera, key))
         return frame
+
+    def _colours_of(self, index: int, seen: Rendering) -> FloatArray:
+        """Return the colours (n, 3), BGR, of the spheres of cables and discs."""
+        colours = np.tile(np.asarray(SKIN_BGR, dtype=np.float64), (len(seen.radius), 1))
+        colours[: seen.cable] = CABLE_BGR
+        if self._variant.colours:
+            cable = np.repeat(np.arange(self.cables), [len(axis) for axis in self._axes(index)])
+            colours[: seen.cable] = COLOURS_BGR[cable % len(COLOURS_BGR)]
+        return colours
 
     def _make_truth(self, index: int) -> Truth:
         axes = self._axes(index)

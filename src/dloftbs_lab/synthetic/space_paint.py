@@ -13,6 +13,7 @@ from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.synthetic.space_scene import Rendering
 
 CABLE_BGR, SKIN_BGR = (196.0, 92.0, 12.0), (132.0, 164.0, 214.0)
+COLOURS_BGR = np.array([(40.0, 40.0, 200.0), (200.0, 90.0, 30.0), (50.0, 160.0, 60.0), (40.0, 190.0, 220.0)])
 _GROUND_BGR = (150.0, 156.0, 160.0)
 _GRAIN, _GRAIN_PX = 9.0, 5.0
 _LIGHT = np.array([-0.40, -0.62, -0.675])

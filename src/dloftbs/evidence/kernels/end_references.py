@@ -129,8 +129,10 @@ def sample_cables(
     colours, samples = np.full((len(ends), 3), np.nan), np.empty((len(ends) * _MAX_SAMPLES, 3))
     offsets = np.zeros(len(ends) + 1, dtype=np.int64)
     for e in range(len(ends)):
+        start, stop = spans[branch_of(ends[e])]
+        first = min(BACK_WIDTHS * width, 0.25 * (stop - start))
         for k in range(_MAX_SAMPLES):
-            at, x, y, _, _ = place_before(points, spans, ends[e], BACK_WIDTHS * width, k, width)
+            at, x, y, _, _ = place_before(points, spans, ends[e], first, k, width)
             if at < 0:
                 break
             count += block_mean(image, x, y, half, samples[count])

@@ -1,4 +1,4 @@
-"""Depth tells which cables go on into which at junctions."""
+"""Depth and colours tell which cables go on into which at junctions."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from dloftbs import PinholeCamera
 from dloftbs.data.graph import Graph, branch_of
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence import EvidenceMap
-from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
+from dloftbs.linking.evidence_steps import EvidenceSteps, exchange_by_evidence
 from dloftbs.linking.matched_ends import turn_costs
 from dloftbs_lab.synthetic import DepthNoise
 
@@ -94,7 +94,7 @@ def test_exchanged_joints_have_the_cost_of_their_own_bending(seed):
     evidence = EvidenceMap(crop, depth=depth, camera=CAMERA).at(graph)
     matching = match_ends(crop, graph, 20.0, evidence=evidence)
     before = list(matching.partner)
-    exchange_by_depth(graph, matching, DepthSteps(graph, matching, evidence))
+    exchange_by_evidence(graph, matching, EvidenceSteps(graph, matching, evidence))
     changed = [end for end, partner in enumerate(matching.partner) if partner != before[end]]
     assert len(changed) == 4
     for end in changed:
@@ -229,3 +229,53 @@ def test_depth_along_a_branch_tells_which_cable_goes_on_there_if_it_is_long_enou
     assert swerves[1] > 2.0
     short = (start, start + WIDTH // 2) if at_start else (stop - WIDTH // 2, stop)
     assert evidence.swerves_into([high[1], low[0]], short, at_start, np.full(2, 2.0 * WIDTH)) is None
+
+
+RED, BLUE, GREEN, GROUND = (40, 40, 200), (200, 90, 30), (50, 160, 60), (90, 90, 90)
+
+
+def painted(seed: int, *cables: tuple[np.ndarray, tuple[int, int, int]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mask of cables, each drawn over those before it, and a noisy image of them."""
+    mask, image = np.zeros(SIZE, bool), np.full((*SIZE, 3), GROUND, np.float64)
+    for line, colour in cables:
+        drawn = draw_cable(line, WIDTH, SIZE) > 0
+        mask |= drawn
+        image[drawn] = colour
+    image += np.random.default_rng(seed).normal(0.0, 8.0, image.shape)
+    return mask, np.clip(image, 0.0, 255.0).astype(np.uint8)
+
+
+@seeds
+@pytest.mark.parametrize("crosses", [False, True])
+def test_colours_tell_whether_two_cables_that_lie_over_each_other_cross(crosses, seed):
+    upper, lower = BESIDE
+    after = (BLUE, RED) if crosses else (RED, BLUE)
+    halves = (upper[:3], RED), (lower[:3], BLUE), (upper[2:], after[0]), (lower[2:], after[1])
+    mask, image = painted(seed, *halves)
+    assert sides_of(dloftbs.detect(mask, image=image)) == (CROSSED if crosses else APART)
+
+
+@seeds
+def test_branches_too_short_to_show_a_colour_take_it_from_the_next_ones(seed):
+    across = [np.array([(x, 20.0), (x + 2.0, 150.0), (x - 5.0, 280.0)]) for x in (170.0, 250.0)]
+    arms = zip(ARMS, (RED, BLUE, BLUE, RED), strict=True)
+    mask, image = painted(seed, *arms, *((line, GREEN) for line in across))
+    assert sides_of(dloftbs.detect(mask)) == CROSSED
+    assert sides_of(dloftbs.detect(mask, image=image)) == APART
+
+
+@seeds
+@pytest.mark.parametrize("lower", [False, True])
+def test_of_two_cables_beside_each_other_the_one_of_the_same_colour_runs_on(lower, seed):
+    mask, image = painted(seed, (ARRIVING[0], RED), (ARRIVING[1], BLUE), (ALONE, BLUE if lower else RED))
+    found = dloftbs.detect(mask, image=image)
+    ends = [sorted(detection.curve(np.array([0.0, 1.0])).tolist()) for detection in found]
+    assert len(ends) == 2
+    (runs_on,) = [start for start, stop in ends if stop[0] > 380.0]
+    assert (runs_on[1] > MIDDLE[1]) == lower
+
+
+@seeds
+def test_cables_of_one_colour_are_read_by_the_mask(seed):
+    mask, image = painted(seed, *((line, RED) for line in (*ARMS, ACROSS)))
+    assert sides_of(dloftbs.detect(mask, image=image)) == sides_of(dloftbs.detect(mask)) == CROSSED

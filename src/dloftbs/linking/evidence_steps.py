@@ -1,4 +1,4 @@
-"""With depth: joints along which two cables would step towards the camera and back exchange their cables."""
+"""With depth or an image: joints along which cables would step in depth or in colour exchange their cables."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dloftbs.data.graph import POSITION, Graph, branch_of, ends_of, other_end
 from dloftbs.evidence import EndEvidence
 from dloftbs.linking.joint_evidence import are_folds, are_shared
-from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
+from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE, OTHER_COLOUR
 from dloftbs.linking.kernels.pair_costs import junction_costs
 from dloftbs.linking.kernels.weights import JOINT
 from dloftbs.linking.matched_ends import EndMatching
@@ -24,13 +24,13 @@ Source: bounds time.
 """
 
 MIN_GAIN = 1.0
-"""Least gain by depth alone that counts, nats.
+"""Least gain by depth and colour alone that counts, nats.
 
 Source: by definition; odds of e.
 """
 
 _MAX_BRANCHES = 6
-"""Number of branches along a cable, without depth of their own, over which depth is compared.
+"""Number of branches along a cable, without depth or colour of their own, over which either is compared.
 
 Source: by hand; as many crossings in a row are dense.
 """
@@ -38,8 +38,8 @@ Source: by hand; as many crossings in a row are dense.
 _Joint = tuple[int, int, float]
 
 
-class DepthSteps:
-    """Cost of the joints of a matching by depth: branches too short for depth of their own take it from the next ones.
+class EvidenceSteps:
+    """Cost of the joints of a matching by depth and by colour: branches too short to show either take it from the next.
 
     Parameters
     ----------
@@ -57,23 +57,39 @@ class DepthSteps:
         self._matching, self._evidence = matching, evidence
         ids = np.array(matching.branches.branch_id)
         self.own = ends_of(ids)
-        is_shared = are_shared(self.own)
-        self._known = evidence.has_depth[self.own] & ~is_shared
+        alone, none = ~are_shared(self.own), np.zeros(len(self.own), dtype=np.bool_)
+        self._has_depth = evidence.has_depth[self.own] & alone if evidence.tells_swerves else none
+        self._has_colour = evidence.has_colour[self.own] & alone if evidence.tells_colours else none
         self._lengths = np.diff(graph.spans, axis=1).ravel()[ids]
 
     def costs(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
-        """Return the cost of a cable's step in depth between the ends of each pair (k, 2), 0 where it is unknown."""
-        ends, away = pairs.copy(), np.zeros(pairs.shape)
-        for place in zip(*np.nonzero(~self._known[pairs]), strict=True):
-            ends[place], away[place] = self._next_known(int(pairs[place]))
-        told = (ends >= 0).all(axis=1) & ~self._are_folds(pairs)  # what is taken for an end of -1 does not count
-        positions = self._matching.branches.end_states[pairs, POSITION]
-        lengths = np.hypot(*(positions[:, 0] - positions[:, 1]).T) + away.sum(axis=1)
-        costs: FloatArray = JOINT[DEPTH_SWERVE] * self._evidence.swerves(self.own[ends], lengths) * told
+        """Return the cost of each pair of ends (k, 2): for a step in depth and another colour, 0 where unknown."""
+        costs: FloatArray = np.zeros(len(pairs))
+        if self._has_depth.any():
+            ends, away, is_known = self._known_behind(pairs, self._has_depth)
+            positions = self._matching.branches.end_states[pairs, POSITION]
+            lengths = np.hypot(*(positions[:, 0] - positions[:, 1]).T) + away
+            swerves = self._evidence.swerves(self.own[ends], lengths)
+            costs += JOINT[DEPTH_SWERVE] * swerves * (is_known & ~self._are_folds(pairs))
+        if self._has_colour.any():
+            ends, _, is_known = self._known_behind(pairs, self._has_colour)
+            costs += JOINT[OTHER_COLOUR] * (self._evidence.differ_in_colour(self.own[ends]) & is_known)
         return costs
 
+    def _known_behind(
+        self, pairs: npt.NDArray[np.int64], known: npt.NDArray[np.bool_]
+    ) -> tuple[npt.NDArray[np.int64], FloatArray, npt.NDArray[np.bool_]]:
+        """Return the first known ends behind pairs (k, 2), how far away both are in sum, px, and where there are two.
+
+        What is taken for an end where there is none does not count.
+        """
+        ends, away = pairs.copy(), np.zeros(pairs.shape)
+        for place in zip(*np.nonzero(~known[pairs]), strict=True):
+            ends[place], away[place] = self._next_known(int(pairs[place]), known)
+        return ends, away.sum(axis=1), (ends >= 0).all(axis=1)
+
     def gain(self, end: int, other: int) -> float:
-        """Return how much less two joints cost by depth if two ends exchange their partners."""
+        """Return how much less two joints cost by evidence if two ends exchange their partners."""
         (p, q), signs = (self._matching.partner[end], self._matching.partner[other]), (1.0, 1.0, -1.0, -1.0)
         joints = zip(((end, p), (other, q), (end, q), (other, p)), signs, strict=True)
         closed = [(pair, sign) for pair, sign in joints if pair[1] >= 0]
@@ -83,7 +99,7 @@ class DepthSteps:
         return float(costs @ np.array([sign for _, sign in closed]))
 
     def gain_of_second(self, before: list[int], beyond: tuple[int, int], at_start: bool, length: float) -> float:
-        """Return how much less it costs by depth if the second of two cables runs on where the other one has ended.
+        """Return how much less it costs by evidence if the second of two cables runs on where the other one has ended.
 
         Parameters
         ----------
@@ -96,19 +112,25 @@ class DepthSteps:
         length : float
             Of what they share, px.
         """
-        known = [(end, 0.0) if self._known[end] else self._next_known(end) for end in before]
-        ends = [end for end, _ in known]
-        if min(ends) < 0:
-            return 0.0
-        lengths = np.array([length + away for _, away in known])
-        swerves = self._evidence.swerves_into(self.own[ends].tolist(), beyond, at_start, lengths)
-        if swerves is None:
-            return 0.0
-        one, two = (JOINT[DEPTH_SWERVE] * swerves).tolist()
-        return float(one - two)
+        gain = 0.0
+        ends, away = self._behind(before, self._has_depth)
+        if min(ends) >= 0:
+            lengths = np.array(away) + length
+            swerves = self._evidence.swerves_into(self.own[ends].tolist(), beyond, at_start, lengths)
+            gain += 0.0 if swerves is None else float(JOINT[DEPTH_SWERVE] * (swerves[0] - swerves[1]))
+        ends, _ = self._behind(before, self._has_colour)
+        if min(ends) >= 0:
+            one, two = self._evidence.differ_along(self.own[ends].tolist(), beyond, at_start).tolist()
+            gain += float(JOINT[OTHER_COLOUR]) * (one - two)
+        return gain
 
-    def _next_known(self, end: int) -> tuple[int, float]:
-        """Return the first end with depth along a cable, behind the branch of an end, and how far away it is, px.
+    def _behind(self, ends: list[int], known: npt.NDArray[np.bool_]) -> tuple[list[int], list[float]]:
+        """Return the first known ends from some on, and how far away they are, px; -1 where there is none."""
+        found = [(end, 0.0) if known[end] else self._next_known(end, known) for end in ends]
+        return [end for end, _ in found], [away for _, away in found]
+
+    def _next_known(self, end: int, known: npt.NDArray[np.bool_]) -> tuple[int, float]:
+        """Return the first known end along a cable, behind the branch of an end, and how far away it is, px.
 
         There is none behind a fold, at which depth may change by any amount.
         """
@@ -118,7 +140,7 @@ class DepthSteps:
             last, end = other_end(end), self._matching.partner[other_end(end)]
             if end < 0 or self._are_folds(np.array([[last, end]]))[0]:
                 return -1, length
-            if self._known[end]:
+            if known[end]:
                 return end, length
         return -1, length
 
@@ -126,15 +148,15 @@ class DepthSteps:
         return are_folds(self._matching.branches.end_states, pairs)
 
 
-def exchange_by_depth(graph: Graph, matching: EndMatching, steps: DepthSteps) -> None:
-    """Exchange the partners of ends at junctions where that saves more steps in depth than it costs in bending.
+def exchange_by_evidence(graph: Graph, matching: EndMatching, steps: EvidenceSteps) -> None:
+    """Exchange the partners of ends at junctions where that saves more by evidence than it costs in bending.
 
     Parameters
     ----------
     graph : Graph
     matching : EndMatching
         Changed.
-    steps : DepthSteps
+    steps : EvidenceSteps
     """
     chosen: list[_Joint] = []
     nodes = np.array(matching.branches.nodes)
@@ -162,9 +184,9 @@ def exchange_by_depth(graph: Graph, matching: EndMatching, steps: DepthSteps) ->
 
 
 def _exchange(
-    matching: EndMatching, steps: DepthSteps, link_costs: dict[tuple[int, int], float], one: int, other: int
+    matching: EndMatching, steps: EvidenceSteps, link_costs: dict[tuple[int, int], float], one: int, other: int
 ) -> tuple[float, list[_Joint]]:
-    """Return what two ends save by an exchange of partners, in bending and in depth, and their joints then.
+    """Return what two ends save by an exchange of partners, in bending and by evidence, and their joints then.
 
     A joint is an end, its partner or -1, and its cost in bending. Nothing is saved if a partner is at another junction.
     """
@@ -182,10 +204,10 @@ def _exchange(
                     return 0.0, []
                 cost = link_costs[ids]
             joints.append((end, partner, cost))
-    by_depth = steps.gain(one, other)
-    if by_depth < MIN_GAIN:
+    by_evidence = steps.gain(one, other)
+    if by_evidence < MIN_GAIN:
         return 0.0, []
-    return sum(joint[2] for joint in now) - sum(joint[2] for joint in then) + by_depth, then
+    return sum(joint[2] for joint in now) - sum(joint[2] for joint in then) + by_evidence, then
 
 
 def _link_costs(graph: Graph, nodes: Sequence[int]) -> dict[tuple[int, int], float]:
