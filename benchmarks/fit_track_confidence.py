@@ -15,17 +15,18 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import minimize
 
-from benchmarks.fit_linking.confidence import calibration_error, fit_log_odds
+from benchmarks.fit_linking.confidence import calibration_error
 from benchmarks.fit_tracking import SOURCES, list_sequences
 from dloftbs import Pipeline
 from dloftbs.tracking import confidence_weights
-from dloftbs.tracking.track_confidence import Signs, signs_of
+from dloftbs.tracking.track_confidence import Signs, probability_of, signs_of
 from dloftbs.tracking.tracker import Tracker
 from dloftbs_lab import KnownSequence
 from dloftbs_lab.evaluation.runner.found import Found
 from dloftbs_lab.evaluation.runner.known_frame import KnownFrame
-from dloftbs_lab.evaluation.runner.trace_pairs import compare_traces
+from dloftbs_lab.evaluation.runner.visible_truth import distances_of
 
 PAGE = Path(__file__).parents[1] / "docs" / "maintainers" / "track-confidence.md"
 FITTED = Path(confidence_weights.__file__)
@@ -35,6 +36,8 @@ _STEP = 3  # from one frame that counts to the next
 _RIGHT_PX = 5.0  # of 1280 x 720
 _OF_A_SOURCE = 1000.0  # tracks that each source counts for
 _SURE = 0.9
+_PULL = 0.1  # towards 0, nats per square of a coefficient
+_ROUNDING = 1e-9  # of a probability
 
 _Floats = npt.NDArray[np.float64]
 
@@ -42,19 +45,21 @@ _ON_CONFIDENCE = """# The confidence of tracks
 
 For maintainers; [Tracking](../tracking.md) says what it means. Made by `python -m benchmarks.fit_track_confidence`.
 
-The confidence of a track is the probability that its curve is right. A right curve is nowhere more than {right:g} px
-off a true one, as far as that is in the image. The log-odds are {line}:
+The confidence of a track is the probability that its curve is right. A right curve is less than {right:g} px off a true
+one, or the part of it that is seen, by the [L3](../results-explained.md) of the results. The log-odds are
+{line}:
 
 - b is the log-odds of its shape, by the frames.
 - p is 1 where the frame does not show all of it.
 - a is the log-odds that the hypotheses followed have the same curve, 4 at most.
 - l is the absolute logarithm of its length over that in most full views.
 
-Parts that were long unseen lower it besides. Sources count alike.
+The probability is multiplied by how much of the curve was seen lately: a place counts half of what it did for each half
+second in which it stays unseen. All sources have equal weight in the fit.
 
-The table is of published tracks, in every third frame, of which the frame shows at least a part. Each source is left
-out of the fit. It has the share that is right, the mean stated confidence, and the mean distance between the two,
-over bins. The last column is of those stated above {sure:g}.
+The table is of published tracks, in every third frame, with the source left out of the fit. It has the share that is
+right, the mean stated confidence, and the mean distance between the two, over bins. The last column is of those stated
+above {sure:g}.
 
 | source | what | tracks | right | stated | error | right above {sure:g} |
 | --- | --- | ---: | ---: | ---: | ---: | ---: |
@@ -63,50 +68,53 @@ over bins. The last column is of those stated above {sure:g}.
 
 @dataclass(frozen=True)
 class Claim:
-    """A published track, what speaks for its curve, and whether it is right."""
+    """A published track: the signs of its curve, how much of it was seen lately, in 0..1, and whether it is right."""
 
     source: str
     signs: Signs
+    seen: float
     right: bool
 
 
 def list_claims(source: str, sequence: KnownSequence) -> Iterator[Claim]:
-    """Follow a sequence, and yield the tracks of which a frame shows something."""
+    """Follow a sequence, and yield the tracks that are published in every third frame."""
     pipeline = Pipeline()
     tracker = pipeline._tracker
     assert isinstance(tracker, Tracker)
     for i in range(len(sequence)):
-        tracks = [track for track in pipeline.process(sequence.frame(i)).tracks if not track.misses]
+        frame = sequence.frame(i)
+        tracks = pipeline.process(frame).tracks
         if i % _STEP or not tracks:
             continue
-        known = KnownFrame(sequence.frame(i), sequence.truth(i))
+        known = KnownFrame(frame, sequence.truth(i))
         if not known.truth.curves:
             continue
-        l3 = compare_traces(Found(tuple(track.curve for track in tracks)).traces, known.traces).l3
+        distances, _ = distances_of(Found(tuple(track.curve for track in tracks)), known)
         models = {model.id: model for model in tracker._hypotheses[0].models}
-        for track, least in zip(tracks, l3.min(axis=0).tolist(), strict=True):
-            yield Claim(source, signs_of(models[track.id], tracker._hypotheses), least < _RIGHT_PX)
+        for track, least in zip(tracks, distances.l3.min(axis=0).tolist(), strict=True):
+            signs = signs_of(models[track.id], tracker._hypotheses)
+            yield Claim(source, signs, track.confidence / probability_of(signs), least < _RIGHT_PX)
 
 
 def fit(claims: Sequence[Claim]) -> _Floats:
-    """Return the log-odds of a right track, all else aside, and per unit of each sign; sources count alike."""
+    """Return the log-odds of a right track with no sign, and those per unit of each; sources count alike."""
     counts = {source: sum(claim.source == source for claim in claims) for source in SOURCES}
     weights = np.array([_OF_A_SOURCE / counts[claim.source] for claim in claims])
-    return fit_log_odds(_columns(claims), _right(claims), weights)
+    right = np.array([claim.right for claim in claims])
+
+    def loss(line: _Floats) -> float:
+        stated = np.clip(state(claims, line), _ROUNDING, 1.0 - _ROUNDING)
+        return float(weights @ -np.log(np.where(right, stated, 1.0 - stated))) + _PULL * float(line[1:] @ line[1:])
+
+    found: _Floats = minimize(loss, np.zeros(1 + len(Signs._fields)), method="L-BFGS-B").x
+    return found
 
 
 def state(claims: Sequence[Claim], line: _Floats) -> _Floats:
     """Return the confidence that a line gives each track."""
-    stated: _Floats = 1.0 / (1.0 + np.exp(-_columns(claims) @ line))
+    columns = np.array([(1.0, *claim.signs) for claim in claims])
+    stated: _Floats = np.array([claim.seen for claim in claims]) / (1.0 + np.exp(-columns @ line))
     return stated
-
-
-def _columns(claims: Sequence[Claim]) -> _Floats:
-    return np.array([(1.0, *claim.signs) for claim in claims])
-
-
-def _right(claims: Sequence[Claim]) -> npt.NDArray[np.bool_]:
-    return np.array([claim.right for claim in claims])
 
 
 def make_page(claims: Sequence[Claim], line: _Floats) -> str:
@@ -116,7 +124,8 @@ def make_page(claims: Sequence[Claim], line: _Floats) -> str:
         own = [claim for claim in claims if claim.source == source]
         if not own:
             continue
-        stated, right = state(own, fit([claim for claim in claims if claim.source != source])), _right(own)
+        stated = state(own, fit([claim for claim in claims if claim.source != source]))
+        right = np.array([claim.right for claim in own])
         sure = stated > _SURE
         rows.append(
             f"| {source} | {what} | {len(own)} | {right.mean():.3f} | {stated.mean():.3f} | "

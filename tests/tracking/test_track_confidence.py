@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import pytest
 from builders import part, wave
 from hypothesis import given
@@ -30,7 +28,7 @@ def test_what_clear_frames_show_as_a_whole_is_sure():
 
 @pytest.mark.parametrize(
     "worse",
-    [{"belief": 1.0}, {"in_parts": 1.0}, {"agreement": 0.0}, {"unusual": 0.3}],
+    [{"belief": 1.0}, {"in_parts": 1.0}, {"agreement": 0.0}, {"length_off": 0.3}],
     ids=lambda worse: next(iter(worse)),
 )
 def test_each_sign_counts(worse):
@@ -38,15 +36,15 @@ def test_each_sign_counts(worse):
 
 
 @given(st.floats(-7.0, 7.0), st.booleans(), st.floats(-MAX_NATS, MAX_NATS), st.floats(0.0, 5.0), st.floats(0.0, 5.0))
-def test_more_for_a_curve_makes_it_no_less_probable(belief, in_parts, agreement, unusual, more):
-    signs = Signs(belief, float(in_parts), agreement, unusual)
+def test_more_for_a_curve_makes_it_no_less_probable(belief, in_parts, agreement, length_off, more):
+    signs = Signs(belief, float(in_parts), agreement, length_off)
     least = probability_of(signs)
     assert 0.0 < least < 1.0
     better = (
         signs._replace(belief=belief + more),
         signs._replace(in_parts=0.0),
         signs._replace(agreement=agreement + more),
-        signs._replace(unusual=max(unusual - more, 0.0)),
+        signs._replace(length_off=max(length_off - more, 0.0)),
     )
     assert all(probability_of(one) >= least for one in better)
 
@@ -68,7 +66,7 @@ def test_parts_and_another_length_are_signs_against_a_curve():
     see(tracker, wave())
     assert signs_of(model_of(tracker), tracker._hypotheses).in_parts == 0.0
     model_of(tracker).lengths.px *= 1.2
-    assert signs_of(model_of(tracker), tracker._hypotheses).unusual == pytest.approx(0.18, abs=0.01)
+    assert signs_of(model_of(tracker), tracker._hypotheses).length_off == pytest.approx(0.18, abs=0.01)
 
 
 def test_the_odds_of_hypotheses_with_another_curve_count_against_it():
@@ -92,11 +90,12 @@ def test_hypotheses_that_differ_in_direction_alone_have_the_same_curve():
     assert signs_of(model, [Hypothesis([model]), Hypothesis([back])]).agreement == MAX_NATS
 
 
-def test_it_falls_while_nothing_of_a_cable_is_seen():
+def test_a_track_has_the_probability_of_its_signs_by_all_hypotheses():
     tracker = Tracker()
-    shown_for(tracker, 5, wave())
-    sure = []
-    for _ in range(5):
-        see(tracker)
-        sure.append(tracker.lost[0].confidence)
-    assert all(later < sooner for sooner, later in pairwise(sure))
+    shown_for(tracker, 10, wave())
+    for _ in range(3):
+        (track,) = see(tracker, part(wave(), 0.0, 0.75))
+    signs = signs_of(model_of(tracker), tracker._hypotheses)
+    assert len(tracker._hypotheses) > 1
+    assert signs.agreement < MAX_NATS
+    assert track.confidence == pytest.approx(probability_of(signs) * model_of(tracker).sight.confidence)

@@ -15,7 +15,7 @@ class Prediction(NamedTuple):
     curve : BSplineCurve
         In the image, px, in the track's direction.
     confidence : float
-        The track's, times the probability of its shape by the frames so far, in 0..1.
+        The probability of its shape by the frames so far, less the longer ago it was seen, in 0..1.
     unseen : tuple of (float, float)
         The intervals of ``u`` that no frame has shown, or too few to be kept: they say nothing about a joint.
     id : int or None

@@ -205,13 +205,13 @@ class EndEvidence:
         return compare_pairs(*self._colours, pairs)
 
     def differ_along(self, ends: list[int], span: tuple[int, int], at_start: bool) -> npt.NDArray[np.bool_]:
-        """Return True for ends whose cables differ clearly in colour, as `differ_in_colour` does, from some points.
+        """Return True for ends whose cables differ clearly in colour from the one along some points of the graph.
 
         Parameters
         ----------
         ends : list of int
         span : (int, int)
-            The points of the graph.
+            The first of the points, and the one behind the last.
         at_start : bool
             True if the first one of these is nearest to the ends, not the last one.
         """

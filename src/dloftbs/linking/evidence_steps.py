@@ -60,24 +60,24 @@ class EvidenceSteps:
         alone, none = ~are_shared(self.own), np.zeros(len(self.own), dtype=np.bool_)
         self._has_depth = evidence.has_depth[self.own] & alone if evidence.tells_swerves else none
         self._has_colour = evidence.has_colour[self.own] & alone if evidence.tells_colours else none
-        self._lengths = np.diff(graph.spans, axis=1).ravel()[ids]
+        self._lengths = np.diff(matching.branches.spans, axis=1).ravel()
 
     def costs(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
         """Return the cost of each pair of ends (k, 2): for a step in depth and another colour, 0 where unknown."""
         costs: FloatArray = np.zeros(len(pairs))
         if self._has_depth.any():
-            ends, away, is_known = self._known_behind(pairs, self._has_depth)
+            ends, away, is_known = self._known_behind(pairs, self._has_depth, over_folds=False)
             positions = self._matching.branches.end_states[pairs, POSITION]
             lengths = np.hypot(*(positions[:, 0] - positions[:, 1]).T) + away
             swerves = self._evidence.swerves(self.own[ends], lengths)
             costs += JOINT[DEPTH_SWERVE] * swerves * (is_known & ~self._are_folds(pairs))
         if self._has_colour.any():
-            ends, _, is_known = self._known_behind(pairs, self._has_colour)
+            ends, _, is_known = self._known_behind(pairs, self._has_colour, over_folds=True)
             costs += JOINT[OTHER_COLOUR] * (self._evidence.differ_in_colour(self.own[ends]) & is_known)
         return costs
 
     def _known_behind(
-        self, pairs: npt.NDArray[np.int64], known: npt.NDArray[np.bool_]
+        self, pairs: npt.NDArray[np.int64], known: npt.NDArray[np.bool_], *, over_folds: bool
     ) -> tuple[npt.NDArray[np.int64], FloatArray, npt.NDArray[np.bool_]]:
         """Return the first known ends behind pairs (k, 2), how far away both are in sum, px, and where there are two.
 
@@ -85,7 +85,7 @@ class EvidenceSteps:
         """
         ends, away = pairs.copy(), np.zeros(pairs.shape)
         for place in zip(*np.nonzero(~known[pairs]), strict=True):
-            ends[place], away[place] = self._next_known(int(pairs[place]), known)
+            ends[place], away[place] = self._next_known(int(pairs[place]), known, over_folds=over_folds)
         return ends, away.sum(axis=1), (ends >= 0).all(axis=1)
 
     def gain(self, end: int, other: int) -> float:
@@ -113,32 +113,34 @@ class EvidenceSteps:
             Of what they share, px.
         """
         gain = 0.0
-        ends, away = self._behind(before, self._has_depth)
+        ends, away = self._behind(before, self._has_depth, over_folds=False)
         if min(ends) >= 0:
             lengths = np.array(away) + length
             swerves = self._evidence.swerves_into(self.own[ends].tolist(), beyond, at_start, lengths)
             gain += 0.0 if swerves is None else float(JOINT[DEPTH_SWERVE] * (swerves[0] - swerves[1]))
-        ends, _ = self._behind(before, self._has_colour)
+        ends, _ = self._behind(before, self._has_colour, over_folds=True)
         if min(ends) >= 0:
             one, two = self._evidence.differ_along(self.own[ends].tolist(), beyond, at_start).tolist()
             gain += float(JOINT[OTHER_COLOUR]) * (one - two)
         return gain
 
-    def _behind(self, ends: list[int], known: npt.NDArray[np.bool_]) -> tuple[list[int], list[float]]:
+    def _behind(
+        self, ends: list[int], known: npt.NDArray[np.bool_], *, over_folds: bool
+    ) -> tuple[list[int], list[float]]:
         """Return the first known ends from some on, and how far away they are, px; -1 where there is none."""
-        found = [(end, 0.0) if known[end] else self._next_known(end, known) for end in ends]
+        found = [(end, 0.0) if known[end] else self._next_known(end, known, over_folds=over_folds) for end in ends]
         return [end for end, _ in found], [away for _, away in found]
 
-    def _next_known(self, end: int, known: npt.NDArray[np.bool_]) -> tuple[int, float]:
-        """Return the first known end along a cable, behind the branch of an end, and how far away it is, px.
+    def _next_known(self, end: int, known: npt.NDArray[np.bool_], *, over_folds: bool) -> tuple[int, float]:
+        """Return the first known end along a cable, behind the branch of an end, and how far away it is, px; else -1.
 
-        There is none behind a fold, at which depth may change by any amount.
+        At a fold depth may change by any amount, and a colour does not.
         """
         length = 0.0
         for _ in range(_MAX_BRANCHES):
             length += float(self._lengths[branch_of(end)])
             last, end = other_end(end), self._matching.partner[other_end(end)]
-            if end < 0 or self._are_folds(np.array([[last, end]]))[0]:
+            if end < 0 or (not over_folds and self._are_folds(np.array([[last, end]]))[0]):
                 return -1, length
             if known[end]:
                 return end, length

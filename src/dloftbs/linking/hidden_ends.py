@@ -58,7 +58,10 @@ def link_hidden_ends(
         _locate(graph, matching, end)
     pairs = np.array([(i, j) for i in inner for j in free])
     gains, costs = _price(graph, matching, pairs, max_gap_widths)
-    gains = gains if steps is None else gains - steps.costs(pairs)
+    is_better = gains > 0.0
+    pairs, gains, costs = pairs[is_better], gains[is_better], costs[is_better]
+    if steps is not None and len(pairs):
+        gains -= steps.costs(pairs)
     for gain, cost, (i, j) in sorted(zip(gains.tolist(), costs.tolist(), pairs.tolist(), strict=True), key=_best_first):
         if gain <= 0.0:
             return

@@ -55,6 +55,6 @@ def are_folds(states: _Floats, pairs: _Ints) -> npt.NDArray[np.bool_]:
 
 
 def are_shared(ids: _Ints) -> npt.NDArray[np.bool_]:
-    """Return True for ends of branches that two cables share: depth there is that of the one on top."""
+    """Return True for ends of branches that two cables share: depth and colour there are of the one on top."""
     shared: npt.NDArray[np.bool_] = np.bincount(ids)[ids] > 1
     return shared

@@ -57,8 +57,9 @@ def separate_parallel_runs(
 ) -> None:
     """Give each cable of shared branches its own offset axis, and join it with the cable that continues it.
 
-    Widths and steps in depth count as well as the mask, and the prior decides where all are unclear. Partners change
-    where the cables cross otherwise than the duplicates were joined; points and radii of the shared branches change.
+    Widths and steps in depth and colour count as well as the mask, and the prior decides where all are unclear.
+    Partners change where the cables cross otherwise than the duplicates were joined; points and radii of the shared
+    branches change.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def _separate(
         middle + shift, middle - shift, arc, separation, leading[0], leading[1], continued[0], continued[1], width
     )
     if leaves and weakest >= 0:
-        # The evidence of the mask is for exchanging the exits, or against it; so are widths and depth.
+        # The evidence of the mask is for exchanging the exits, or against it; so are widths, depth and colours.
         exchanged = (last_side != first_side) != swapped[-1]
         reach = int(kernels.WINDOW * width)  # pixels show too little of the width of a thin cable
         gain = gain_by_width(branches, before, after, reach) if reach >= kernels.MIN_WINDOW_PX else 0.0
@@ -221,7 +222,8 @@ def _other_one_stops(
 ) -> bool:
     """Return whether of two cables that share branches the one that seems to run on ends, and the other one runs on.
 
-    Both enter the branches by the same end, so that the matching cannot decide. Depth decides where there is any.
+    Both enter the branches by the same end, so that the matching cannot decide. Depth and colours do where they show
+    it.
 
     Parameters
     ----------

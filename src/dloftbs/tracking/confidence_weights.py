@@ -5,8 +5,8 @@ docs/maintainers/track-confidence.md has what it was fitted to, and the results 
 
 from __future__ import annotations
 
-TRACK_CONFIDENCE = (-0.76, 0.37, -1.13, 0.57, -3.38)
-"""Log-odds that the curve of a track is right: all else aside, and per unit of each of its `Signs`.
+TRACK_CONFIDENCE = (-0.39, 0.38, -1.29, 0.54, -3.73)
+"""Log-odds that the curve of a track is right: with none of its `Signs`, and per unit of each.
 
 Source: fitted; see docs/maintainers/track-confidence.md.
 """

@@ -65,7 +65,7 @@ def _cut_visible(
 
 
 def to_track(model: TrackModel, view: View, probability: float) -> Track:
-    """Return the track as published; its curve is right with a probability, but for what was long unseen."""
+    """Return the track as published; `probability` is that of its curve, but for what was not seen for long."""
     visible = model.visible or VisibleCurve(model.curve, model.curve_3d, model.sight.inferred, model.sight.confidence)
     return Track._unchecked(
         model.id,

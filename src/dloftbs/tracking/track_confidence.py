@@ -23,22 +23,22 @@ class Signs(NamedTuple):
         1 where the frame does not show the object as a whole, else 0.
     agreement : float
         Log-odds that the hypotheses have the same curve for it, nats.
-    unusual : float
+    length_off : float
         How much its length differs from that in most full views: the absolute logarithm of the ratio.
     """
 
     belief: float
     in_parts: float
     agreement: float
-    unusual: float
+    length_off: float
 
 
 def signs_of(model: TrackModel, hypotheses: Sequence[Hypothesis]) -> Signs:
     """Return the signs of a track of the likeliest hypothesis, which comes first, after a frame's update."""
     is_whole = model.visible is None and not model.misses
     ratio = model.length / model.lengths.usual_px
-    unusual = 0.0 if math.isnan(ratio) else abs(math.log(ratio))
-    return Signs(model.belief.log_odds, 0.0 if is_whole else 1.0, _agreement(model, hypotheses), unusual)
+    length_off = 0.0 if math.isnan(ratio) else abs(math.log(ratio))
+    return Signs(model.belief.log_odds, 0.0 if is_whole else 1.0, _agreement(model, hypotheses), length_off)
 
 
 def probability_of(signs: Signs) -> float:
@@ -49,8 +49,8 @@ def probability_of(signs: Signs) -> float:
 
 def _agreement(model: TrackModel, hypotheses: Sequence[Hypothesis]) -> float:
     """Return the log-odds that hypotheses have the same curve for a track, at most those at which one is given up."""
-    same, other = 0.0, 0.0
-    for hypothesis in hypotheses:
+    same, other = 1.0, 0.0  # it is one of the likeliest hypothesis
+    for hypothesis in hypotheses[1:]:
         share = math.exp(hypothesis.nats)
         if any(one.id == model.id and _is_same(one, model) for one in hypothesis.models):
             same += share

@@ -60,10 +60,11 @@ class Tracker:
 
     When nothing of it is seen, it is not published, but kept for a while to be found again:
 
+    >>> sure = track.confidence
     >>> tracker.update([], stamp=3 / 30)
     ()
     >>> (track,) = tracker.lost
-    >>> track.id, track.state.value, track.inferred, track.confidence < 1.0
+    >>> track.id, track.state.value, track.inferred, track.confidence < sure
     (1, 'hidden', ((0.0, 1.0),), True)
     """
 
@@ -304,7 +305,7 @@ def _publish(
 ) -> tuple[list[Track], list[Track]]:
     """Return the tracks of a hypothesis that are published, and those that are lost.
 
-    The more of some hypotheses have the same curve, the surer it is.
+    A track is the surer, the more of `hypotheses` agree on its curve.
     """
     published: list[Track] = []
     lost: list[Track] = []

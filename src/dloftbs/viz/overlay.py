@@ -33,7 +33,7 @@ def draw(
     """Draw curves over their picture: those of a result, or tracks, detections or bare curves.
 
     Each track has its curve in the colour of its id, or, where there are no tracks, each detection in the colour of its
-    place in the order, and behind that its confidence, where it is less than full. A dot is the start (``u = 0``), a
+    place in the order, and behind that its confidence, where it is below 95 %. A dot is the start (``u = 0``), a
     ring the end, arrows point from the one to the other. Dashed is what was inferred: across gaps of the mask, where a
     track knows of a part that is hidden, and the whole of a hidden track. That one is dimmer, too, the more the less
     sure it is, and has the number of frames since it was last seen in brackets behind its own. Where curves cross, the

@@ -182,8 +182,8 @@ class RealMotionSequence(NumberedSequence):
         colours = np.tile(np.asarray(SKIN_BGR, dtype=np.float64), (len(seen.radius), 1))
         colours[: seen.cable] = CABLE_BGR
         if self._variant.colours:
-            cable = np.repeat(np.arange(self.cables), [len(axis) for axis in self._axes(index)])
-            colours[: seen.cable] = COLOURS_BGR[cable % len(COLOURS_BGR)]
+            numbers = np.repeat(np.arange(self.cables), [len(axis) for axis in self._axes(index)])
+            colours[: seen.cable] = COLOURS_BGR[numbers % len(COLOURS_BGR)]
         return colours
 
     def _make_truth(self, index: int) -> Truth:
@@ -295,7 +295,7 @@ def missing_recordings(folder: Path) -> str | None:
 def real_motion(
     folder: Path, scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)
 ) -> list[RealMotionSequence]:
-    """Return 20 sequences of each of the `REAL_MOTION_VARIANTS` with each number of cables, by the scale.
+    """Return 20 sequences of each variant that the suite takes, with each of its numbers of cables, by the scale.
 
     They are as long as the recordings of a folder.
 

@@ -42,6 +42,12 @@ _APART_WIDTHS = 1.0
 Source: by hand; squares of `BLOCK_WIDTHS` do not overlap at this distance.
 """
 
+_SHORT_SHARE = 0.25
+"""Share of a short run after which the samples of its colour start, where that is nearer than `BACK_WIDTHS`.
+
+Source: by definition; the half in its middle lies behind both of its ends.
+"""
+
 _MAX_SAMPLES = 24
 """Largest number of samples of a reference.
 
@@ -103,7 +109,7 @@ def sample_cables(
     ends: npt.NDArray[np.int64],
     width: float,
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """Sample the colours of cables before their ends.
+    """Sample the colours of cables before their ends: from `BACK_WIDTHS` on, or nearer on short runs.
 
     Parameters
     ----------
@@ -130,7 +136,7 @@ def sample_cables(
     offsets = np.zeros(len(ends) + 1, dtype=np.int64)
     for e in range(len(ends)):
         start, stop = spans[branch_of(ends[e])]
-        first = min(BACK_WIDTHS * width, 0.25 * (stop - start))
+        first = min(BACK_WIDTHS * width, _SHORT_SHARE * (stop - start))
         for k in range(_MAX_SAMPLES):
             at, x, y, _, _ = place_before(points, spans, ends[e], first, k, width)
             if at < 0:

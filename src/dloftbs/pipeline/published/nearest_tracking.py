@@ -122,5 +122,5 @@ def _make_track(track_id: int, one: Detection | BSplineCurve, hits: int) -> Trac
     state = TrackState.CONFIRMED
     if isinstance(one, BSplineCurve):
         return Track._unchecked(track_id, state, one, None, hits, 0, None, (), 1.0, None)
-    shown = one.curve, one.curve_3d, hits, 0, one, one.centerline.gaps, 1.0, one.width_px
+    shown = one.curve, one.curve_3d, hits, 0, one, one.centerline.gaps, one.confidence, one.width_px
     return Track._unchecked(track_id, state, *shown, camera=one.camera)

@@ -205,7 +205,7 @@ function drawArrow(context, line, s, colour) {
 
 /** @param {CanvasRenderingContext2D} context @param {Curve} curve @param {Line} line */
 function drawLabel(context, curve, line) {
-  const sure = curve.confidence < 0.995 ? `  ${Math.round(100 * curve.confidence)} %` : "";
+  const sure = curve.confidence < 0.95 ? `  ${Math.round(100 * curve.confidence)} %` : "";
   const text = `${curve.label}${sure}`;
   context.font = FONT;
   const [width, height] = [context.measureText(text).width + 12, 19];
