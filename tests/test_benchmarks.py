@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 import pytest
 from benchmarks import (
+    coloured_cables,
     compare,
     compare_run,
     constants,
@@ -37,6 +38,7 @@ from benchmarks.readings import look_at
 from benchmarks.timing import UNSTEADY, Table, interleaved
 
 from dloftbs import Frame, Pipeline
+from dloftbs_lab.synthetic import RealMotionSequence, missing_recordings
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE = DOCS / "maintainers" / "performance-details.md"
@@ -429,3 +431,18 @@ def test_a_curve_within_half_a_width_of_the_truth_is_right_and_one_beside_it_is_
         "nothing found",
         False,
     )
+
+
+def test_cables_of_several_colours_are_counted_by_the_mask_and_with_the_image(shared_data):
+    if missing_recordings(shared_data / "motion") is not None:
+        pytest.skip("needs ../shared/data/motion")
+    sequence = RealMotionSequence(shared_data / "motion", 3, "coloured image", size=(360, 640))
+    objects, by_mask, with_image = coloured_cables.count(sequence, step=50).tolist()
+    assert objects == 9
+    assert 0 < by_mask <= 9
+    assert 0 < with_image <= 9
+
+
+def test_the_table_of_coloured_cables_has_a_row_for_each_number() -> None:
+    table = coloured_cables.make_table({2: np.array([9, 5, 7]), 4: np.array([8, 1, 2])})
+    assert table.splitlines()[2:] == ["| 2 | 9 | 5 | 7 |", "| 4 | 8 | 1 | 2 |"]

@@ -17,6 +17,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
@@ -42,7 +43,9 @@ class Peer:
         self._environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
         self._context = rclpy.Context()
         rclpy.init(context=self._context, domain_id=domain)
-        self.node = Node("camera", context=self._context)
+        # rclpy destroys this service twice with its node, which crashes now and then.
+        no_service = Parameter("start_type_description_service", value=False)
+        self.node = Node("camera", context=self._context, parameter_overrides=[no_service])
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self.heard: dict[str, list[Any]] = {output: [] for output in OUTPUTS}
