@@ -13,7 +13,7 @@ from skeletons import framed_bitmask
 import dloftbs
 from dloftbs import Config
 from dloftbs.cleaning import clean
-from dloftbs.cleaning.holes import fill_holes
+from dloftbs.cleaning.holes import _distances, fill_holes
 from dloftbs.cleaning.kernels.narrow_ground import find_narrow_ground
 from dloftbs.config import CleaningConfig
 
@@ -218,3 +218,13 @@ def test_the_mask_given_is_not_changed() -> None:
     assert found is not None
     assert found.sum() > before.sum()
     np.testing.assert_array_equal(pixels, before)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_distances_are_exact_and_so_the_same_each_time(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    smooth = ndimage.gaussian_filter(rng.standard_normal((rng.integers(20, 120), rng.integers(20, 120))), 4.0)
+    mask = np.pad((smooth > 0.0).astype(np.uint8), 1)
+    exact = ndimage.distance_transform_edt(mask).astype(np.float32)
+    for _ in range(4):
+        np.testing.assert_array_equal(_distances(mask), exact)

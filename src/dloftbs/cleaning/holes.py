@@ -239,7 +239,9 @@ def _close(mask: _Pixels, radius: int) -> _Pixels:
 
 def _distances(mask: _Pixels) -> _Distances:
     """Return how far the middle of each pixel of a mask is from that of the nearest one that is none, px."""
-    return np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+    away: _Distances = np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+    # OpenCV's last bit depends on where the array lies in memory; squares of distances are whole numbers.
+    return np.sqrt(np.rint(np.square(away, out=away), out=away), out=away)
 
 
 def _inner(away: _Distances) -> float:
