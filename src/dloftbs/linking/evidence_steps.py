@@ -66,27 +66,16 @@ class EvidenceSteps:
         """Return the cost of each pair of ends (k, 2): for a step in depth and another colour, 0 where unknown."""
         costs: FloatArray = np.zeros(len(pairs))
         if self._has_depth.any():
-            ends, away, is_known = self._known_behind(pairs, self._has_depth, over_folds=False)
+            ends, away = self._behind(pairs, self._has_depth, over_folds=False)
+            is_known = (ends >= 0).all(axis=1)  # what is taken for an end of -1 does not count
             positions = self._matching.branches.end_states[pairs, POSITION]
-            lengths = np.hypot(*(positions[:, 0] - positions[:, 1]).T) + away
+            lengths = np.hypot(*(positions[:, 0] - positions[:, 1]).T) + away.sum(axis=1)
             swerves = self._evidence.swerves(self.own[ends], lengths)
             costs += JOINT[DEPTH_SWERVE] * swerves * (is_known & ~self._are_folds(pairs))
         if self._has_colour.any():
-            ends, _, is_known = self._known_behind(pairs, self._has_colour, over_folds=True)
-            costs += JOINT[OTHER_COLOUR] * (self._evidence.differ_in_colour(self.own[ends]) & is_known)
+            ends, _ = self._behind(pairs, self._has_colour, over_folds=True)
+            costs += JOINT[OTHER_COLOUR] * (self._evidence.differ_in_colour(self.own[ends]) & (ends >= 0).all(axis=1))
         return costs
-
-    def _known_behind(
-        self, pairs: npt.NDArray[np.int64], known: npt.NDArray[np.bool_], *, over_folds: bool
-    ) -> tuple[npt.NDArray[np.int64], FloatArray, npt.NDArray[np.bool_]]:
-        """Return the first known ends behind pairs (k, 2), how far away both are in sum, px, and where there are two.
-
-        What is taken for an end where there is none does not count.
-        """
-        ends, away = pairs.copy(), np.zeros(pairs.shape)
-        for place in zip(*np.nonzero(~known[pairs]), strict=True):
-            ends[place], away[place] = self._next_known(int(pairs[place]), known, over_folds=over_folds)
-        return ends, away.sum(axis=1), (ends >= 0).all(axis=1)
 
     def gain(self, end: int, other: int) -> float:
         """Return how much less two joints cost by evidence if two ends exchange their partners."""
@@ -113,23 +102,24 @@ class EvidenceSteps:
             Of what they share, px.
         """
         gain = 0.0
-        ends, away = self._behind(before, self._has_depth, over_folds=False)
-        if min(ends) >= 0:
-            lengths = np.array(away) + length
-            swerves = self._evidence.swerves_into(self.own[ends].tolist(), beyond, at_start, lengths)
+        ends, away = self._behind(np.array(before), self._has_depth, over_folds=False)
+        if ends.min() >= 0:
+            swerves = self._evidence.swerves_into(self.own[ends].tolist(), beyond, at_start, length + away)
             gain += 0.0 if swerves is None else float(JOINT[DEPTH_SWERVE] * (swerves[0] - swerves[1]))
-        ends, _ = self._behind(before, self._has_colour, over_folds=True)
-        if min(ends) >= 0:
+        ends, _ = self._behind(np.array(before), self._has_colour, over_folds=True)
+        if ends.min() >= 0:
             one, two = self._evidence.differ_along(self.own[ends].tolist(), beyond, at_start).tolist()
             gain += float(JOINT[OTHER_COLOUR]) * (one - two)
         return gain
 
     def _behind(
-        self, ends: list[int], known: npt.NDArray[np.bool_], *, over_folds: bool
-    ) -> tuple[list[int], list[float]]:
-        """Return the first known ends from some on, and how far away they are, px; -1 where there is none."""
-        found = [(end, 0.0) if known[end] else self._next_known(end, known, over_folds=over_folds) for end in ends]
-        return [end for end, _ in found], [away for _, away in found]
+        self, ends: npt.NDArray[np.int64], known: npt.NDArray[np.bool_], *, over_folds: bool
+    ) -> tuple[npt.NDArray[np.int64], FloatArray]:
+        """Return the first known ends from some on, of their shape, -1 for none, and how far away they are, px."""
+        found, away = ends.copy(), np.zeros(ends.shape)
+        for place in zip(*np.nonzero(~known[ends]), strict=True):
+            found[place], away[place] = self._next_known(int(ends[place]), known, over_folds=over_folds)
+        return found, away
 
     def _next_known(self, end: int, known: npt.NDArray[np.bool_], *, over_folds: bool) -> tuple[int, float]:
         """Return the first known end along a cable, behind the branch of an end, and how far away it is, px; else -1.

@@ -60,5 +60,6 @@ def _agreement(model: TrackModel, hypotheses: Sequence[Hypothesis]) -> float:
 
 
 def _is_same(one: TrackModel, other: TrackModel) -> bool:
+    """Return whether two curves, in either direction, are nearer to each other than a length is known to a track."""
     apart = min(mean_distance(way, other.points) for way in (one.points, one.points[::-1]))
     return apart <= other.length_tolerance_px
