@@ -379,7 +379,7 @@ def test_a_recording_that_ends_can_be_stepped_looped_and_begun_again(open_page):
 
 
 def test_play_at_the_end_begins_anew_and_goes_on(open_page):
-    with viewing(CableSource(6), fps=20.0) as (_, address):
+    with viewing(CableSource(6), fps=5.0) as (_, address):
         page = open_page(address)
         wait_for_text(page, "#hint", "The source has ended")
         page.click("#restart")
