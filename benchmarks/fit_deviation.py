@@ -109,7 +109,7 @@ def measure(source: str, seed: int) -> tuple[Points, Points | None]:
         plane.append((terms, error_of(one.curve, true, u), reach))
         if true_3d is not None and one.curve_3d is not None and one.camera is not None:
             focal = float(np.sqrt(one.camera.fx * one.camera.fy))
-            noise = one.__dict__.get("_depth_noise_per_m") or 0.0
+            noise = one.__dict__.get("_depth_std_per_m") or 0.0
             std = one.curve_std(one.u_2d(u))
             terms = terms_in_space(one.curve_3d, one.inferred_3d, std, focal, one.width_px, noise, u)
             reach_m = reach * float(np.median(one.curve_3d(u)[:, 2])) / focal
@@ -180,7 +180,8 @@ the root of a weighted sum of squares (`dloftbs.data.deviation`). The terms are:
 
 The curve averages the noise of its pixels between two knots. So these terms are smaller if the knots are far apart.
 Noise that is correlated over a longer stretch, as in the masks of networks, stays in the curve, and in averages of
-the radii.
+the radii. In space, the noise of depth is what is left of it in the smooth line through the depths of sections. Sections
+that err alike, as in the windows of a stereo camera, count as fewer.
 
 `python -m benchmarks.fit_deviation --write` fits the weights and writes this page. The fit aims at 68 % of the points
 within one deviation, and 95 % within two. Each source in the tables is left out of the fit that it is compared with,

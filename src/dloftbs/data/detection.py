@@ -101,7 +101,7 @@ class Detection(InferredSpans, ObjectShape):
         no_3d_reason: str | None = None,
         fitted_inferred_3d: tuple[tuple[float, float], ...] = (),
         camera: PinholeCamera | None = None,
-        depth_noise_per_m: float | None = None,
+        depth_std_per_m: float | None = None,
     ) -> Detection:
         """Make what the constructor makes, faster, from intervals of the own parameter of the spline in space.
 
@@ -115,7 +115,7 @@ class Detection(InferredSpans, ObjectShape):
             no_3d_reason=no_3d_reason,
             _fitted_inferred_3d=fitted_inferred_3d,
             camera=camera,
-            _depth_noise_per_m=depth_noise_per_m,
+            _depth_std_per_m=depth_std_per_m,
         )
         return detection
 
@@ -211,7 +211,7 @@ class Detection(InferredSpans, ObjectShape):
             return deviation_at(of_rig, curve, u_3d)
         at = curve.u_at(curve.t_at(u_3d))
         flat = np.mod(at.ravel(), 1.0) if curve.closed else at.ravel()
-        noise = self.__dict__.get("_depth_noise_per_m") or 0.0
+        noise = self.__dict__.get("_depth_std_per_m") or 0.0
         in_image = self.curve_std(to_image(flat, curve, camera))
         focal = math.sqrt(camera.fx * camera.fy)
         terms = terms_in_space(curve, self.inferred_3d, in_image, focal, self.width_px, noise, flat)
@@ -227,7 +227,7 @@ class Detection(InferredSpans, ObjectShape):
             self.no_3d_reason,
             (),
             self.camera,
-            self.__dict__.get("_depth_noise_per_m"),
+            self.__dict__.get("_depth_std_per_m"),
         )
         if "_rig_std_m" in self.__dict__:
             backwards.__dict__["_rig_std_m"] = self.__dict__["_rig_std_m"][::-1]

@@ -14,13 +14,13 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.spans import Spans
 from dloftbs.support.arrays import FloatArray
 
-WEIGHTS = np.array([0.277, 1.382, 0.614, 0.490, 2.794, 0.035])
+WEIGHTS = np.array([0.280, 1.386, 0.614, 0.487, 2.794, 0.037])
 """Factors of the terms in the image: grid, misfit, roughness, bends, radii that were not measured, inferred parts.
 
 Source: fitted by benchmarks.fit_deviation.
 """
 
-WEIGHTS_3D = np.array([1.001, 1.979, 0.012, 0.020])
+WEIGHTS_3D = np.array([1.001, 0.985, 0.010, 0.018])
 """Factors of the terms in space: across the line of sight, depth's noise, the width where it recedes, unseen parts.
 
 Source: fitted by benchmarks.fit_deviation.
@@ -141,15 +141,13 @@ def terms_in_space(
     std_px: FloatArray,
     focal_px: float,
     width_px: float,
-    noise_per_m: float,
+    std_per_m: float,
     u_3d: FloatArray,
 ) -> FloatArray:
     """Return the terms (n, 4), metres, whose squares, with `WEIGHTS_3D`, sum up to the variance at `u_3d` (n,)."""
     points = curve_3d(u_3d)
     px = points[:, 2] / focal_px
-    # The noise of depth is averaged over the pixels from knot to knot.
-    pixels = _spacing(curve_3d, u_3d) / px
-    noise = noise_per_m * points[:, 2] ** 2 / np.sqrt(np.maximum(pixels, 1.0))
+    noise = std_per_m * points[:, 2] ** 2
     rays = points / np.linalg.norm(points, axis=1, keepdims=True)
     recedes = np.abs((curve_3d.tangent(u_3d) * rays).sum(axis=1))
     hidden = depth_inside(u_3d, inferred_3d) * curve_3d.length

@@ -15,7 +15,7 @@ from dloftbs.data.detection import Crossing, Detection
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.lifting.beside import Beside, DepthEdges, look_beside
 from dloftbs.lifting.kernels import sections as kernels
-from dloftbs.lifting.kernels.penalized_spline import smooth
+from dloftbs.lifting.kernels.penalized_spline import deviation_of_line, smooth
 from dloftbs.lifting.kernels.surfaces import BORDER_PX, LEAST_SHARE, SHARE, find_surface
 from dloftbs.lifting.kernels.tubes import mask_occluded, surface_to_axis
 from dloftbs.lifting.kernels.wrong_depth import strike_ground, strike_steps
@@ -112,8 +112,8 @@ class Lifted(NamedTuple):
     radius_m : float
     depth_freedom : float
         Effective number of parameters of the depth along the object: 2 is straight.
-    noise_per_m : float
-        Mean deviation of the depth of a section from the smooth line, as 1 / depth.
+    std_per_m : float
+        Standard deviation of the smooth line by the noise of depth, as 1 / depth.
     """
 
     points_m: FloatArray
@@ -121,7 +121,7 @@ class Lifted(NamedTuple):
     inferred: tuple[_Interval, ...]
     radius_m: float
     depth_freedom: float
-    noise_per_m: float
+    std_per_m: float
 
 
 class _Sections(NamedTuple):
@@ -264,8 +264,7 @@ def _lift_one(
             return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
     points, u, radius = surface_to_axis(rays, line, shift, seen, closed)
     inferred = _intervals(stretches.tolist(), u, closed) if len(stretches) else ()
-    off = np.abs(1.0 / surface - line)
-    return Lifted(points, u, inferred, radius, freedom, float(off[seen].mean()))
+    return Lifted(points, u, inferred, radius, freedom, deviation_of_line(1.0 / surface, line, seen, freedom))
 
 
 def _smooth(

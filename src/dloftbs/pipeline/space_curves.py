@@ -80,7 +80,7 @@ def _fit_in_space(detection: Detection, lifted: Lifted | str, camera: PinholeCam
     if knots is None:  # what the curve in the image needed, or its depth does
         knots = max(distinct_knots(detection.curve), math.ceil(_KNOTS_PER_FREEDOM * lifted.depth_freedom))
     curve = fit_with_knots(lifted.points_m, lifted.u, detection.curve.closed, knots)
-    return _with_curve_3d(detection, curve, camera, lifted.inferred, lifted.noise_per_m)
+    return _with_curve_3d(detection, curve, camera, lifted.inferred, lifted.std_per_m)
 
 
 def _with_curve_3d(
@@ -88,10 +88,10 @@ def _with_curve_3d(
     curve: BSplineCurve,
     camera: PinholeCamera,
     inferred: tuple[tuple[float, float], ...],
-    depth_noise_per_m: float | None = None,
+    depth_std_per_m: float | None = None,
 ) -> Detection:
     """Return the detection with its curve in space, or with the reason why that is no curve that can be stored."""
     if not np.abs(curve.control_points).max() <= LARGEST:
         reason = f"by its depth and the camera it reaches farther than {LARGEST:g} m: check lifting.max_depth_m"
         return Detection._unchecked(detection.centerline, detection.curve, no_3d_reason=reason)
-    return Detection._unchecked(detection.centerline, detection.curve, curve, None, inferred, camera, depth_noise_per_m)
+    return Detection._unchecked(detection.centerline, detection.curve, curve, None, inferred, camera, depth_std_per_m)

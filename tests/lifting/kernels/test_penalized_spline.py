@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from dloftbs.lifting.kernels.penalized_spline import smooth
+from dloftbs.lifting.kernels.penalized_spline import deviation_of_line, smooth
 
 N, SPANS = 120, 30
 T = np.linspace(0.0, 1.0, N)
@@ -168,7 +168,7 @@ def test_the_other_way_round_gives_the_same_line(seed: int) -> None:
 ENDLESS = """
 import sys
 import numpy as np
-from dloftbs.lifting.kernels.penalized_spline import smooth
+from dloftbs.lifting.kernels.penalized_spline import deviation_of_line, smooth
 
 y = np.ones(30)
 y[5] = float(sys.argv[1])
@@ -180,3 +180,46 @@ print(len(line), freedom > 0.0)
 @pytest.mark.parametrize("value", ["1e160", "-1e200", "1e308", "inf"])
 def test_it_ends_whatever_the_scores_are(value: str) -> None:
     assert run_bounded(ENDLESS, value) == "30 True\n"
+
+
+def literal_deviation(y: np.ndarray, line: np.ndarray, seen: np.ndarray, freedom: float) -> float:
+    off = np.where(seen, y - line, np.nan)
+    alike = 1.0
+    for lag in range(1, len(y)):
+        products = off[lag:] * off[:-lag]
+        own = products[np.isfinite(products)]
+        if not own.sum() > 0.0:
+            break
+        alike += 2.0 * own.mean() / np.nanmean(off**2)
+    return np.nanmean(np.abs(off)) / 0.7979 * np.sqrt(alike * freedom / seen.sum())
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_deviation_of_a_line_is_that_of_the_slow_twin(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 80))
+    y = np.convolve(rng.normal(size=n + 4), np.ones(5) if seed % 2 else [0, 0, 1, 0, 0], "valid")
+    seen = rng.random(n) < rng.choice((0.3, 0.9, 1.0))
+    seen[int(rng.integers(n))] = True
+    y[~seen & (rng.random(n) < 0.5)] = np.nan
+    line = 0.1 * rng.normal(size=n)
+    assert deviation_of_line(y, line, seen, 5.0) == pytest.approx(literal_deviation(y, line, seen, 5.0), rel=1e-9)
+
+
+def test_a_line_that_goes_through_all_values_has_no_deviation():
+    assert deviation_of_line(T, T, np.ones(N, dtype=np.bool_), 4.0) == 0.0
+
+
+@pytest.mark.parametrize("grain", [0.0, 0.5])
+def test_the_deviation_of_a_line_is_that_of_its_errors(grain):
+    """Neighbours err alike by the sigma of a Gaussian; where they do so more, the line follows them."""
+    taps = np.exp(-0.5 * (np.arange(-8, 9) / max(grain, 1e-3)) ** 2)
+    taps /= np.linalg.norm(taps)
+    rng, true = np.random.default_rng(5), 1.0 + 0.2 * np.sin(5.0 * T)
+    errors, stated = [], []
+    for _ in range(200):
+        y = true + 0.01 * np.convolve(rng.normal(size=N + 16), taps, "valid")
+        line, freedom = smooth(y, np.ones(N), SPANS, 0.0)
+        errors.append(np.mean((line - true) ** 2))
+        stated.append(deviation_of_line(y, line, np.ones(N, dtype=np.bool_), freedom) ** 2)
+    assert 0.75 < np.sqrt(np.mean(stated) / np.mean(errors)) < 1.25

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import float64, int64
+from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
 from dloftbs.kernels.shared.few import median
-from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
+from dloftbs.kernels.shared.gaussian import MEAN_DEVIATION, MEDIAN_DEVIATION
 from dloftbs.kernels.shared.selection import median_of
 from dloftbs.lifting.kernels.columns import sort_columns
 
@@ -313,3 +313,42 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
         for a in range(_ORDER):
             line[i] += basis[i, a] * best[cells[i] + a]
     return line, freedom
+
+
+@kernel(read(float64, 1), read(float64, 1), read(boolean, 1), float64)
+def deviation_of_line(y: _Floats, line: _Floats, seen: npt.NDArray[np.bool_], freedom: float) -> float:
+    """Return the standard deviation of a smooth line by the noise of its values.
+
+    That of n values of which each stands for itself is sqrt(freedom / n) times theirs. Neighbours that err alike are
+    worth fewer values, by the sum of their autocorrelation up to the first lag at which it is not positive (Geyer,
+    Practical Markov Chain Monte Carlo, 1992).
+
+    Parameters
+    ----------
+    y, line : (n,) float64
+        The values, which may be NaN where they are not seen, and the line through them.
+    seen : (n,) bool
+        Which of them count; at least one does.
+    freedom : float
+        As `smooth` returns it.
+    """
+    n = len(y)
+    off = np.zeros(n)
+    known, total, squares = 0, 0.0, 0.0
+    for i in range(n):
+        if seen[i]:
+            off[i] = y[i] - line[i]
+            known += 1
+            total += abs(off[i])
+            squares += off[i] * off[i]
+    alike = 1.0
+    for lag in range(1, n if squares > 0.0 else 1):
+        pairs, product = 0, 0.0
+        for i in range(n - lag):
+            if seen[i] and seen[i + lag]:
+                pairs += 1
+                product += off[i] * off[i + lag]
+        if not product > 0.0:
+            break
+        alike += 2.0 * (product / pairs) / (squares / known)
+    return total / known / MEAN_DEVIATION * np.sqrt(alike * freedom / known)
