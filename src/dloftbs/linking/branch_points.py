@@ -52,18 +52,6 @@ _AHEAD = -0.7
 Source: geometry; a turn by 45 degrees.
 """
 
-_NOISES = 1.5
-"""Excess of the mask's width that counts, in that of the widest tenth of the outer half of what is looked at.
-
-Source: measured, as `_MERGE_WIDTHS`; with 2, wide stretches of two cables are missed, with 1 noise is one.
-"""
-
-_PAUSE_WIDTHS = 0.8
-"""Length without excess that is passed over, widths: a branch crosses the middle of the other one there.
-
-Source: measured, as `_MERGE_WIDTHS`.
-"""
-
 _UNSEEN_WIDTHS = 0.5
 """Length from a branch point on along which a branch that leaves along another one does not show, widths.
 
@@ -269,9 +257,8 @@ def _start_of_merge(
     least = _MERGE_WIDTHS * graph.width
     reaches = []
     for points, start in zip(parts, counts, strict=False):
-        count = _wide_points(widths[start : start + len(points)], graph.width)
-        is_short = count * math.sqrt(2.0) <= least  # the steps of a skeleton are no longer
-        reaches.append(0.0 if is_short else float(np.hypot(*np.diff(points[: count + 1], axis=0).T).sum()))
+        steps = np.hypot(*np.diff(points, axis=0, prepend=points[:1]).T)
+        reaches.append(_wide_length(widths[start : start + len(points)], steps))
     if max(reaches) <= least:
         return None, 0.0
     radii = [_radius(matching, end) for end in ends]
@@ -290,23 +277,18 @@ def _start_of_merge(
     return parts[k][min(int(at), len(parts[k]) - 1)].copy(), best
 
 
-def _wide_points(widths: FloatArray, width: float) -> int:
-    """Count the points from a junction on up to the last one at which the mask is wider than farther out.
+def _wide_length(widths: FloatArray, steps: FloatArray) -> float:
+    """Return how far from a junction on the mask is wider than farther out, widths.
 
-    None of them is, where the mask is as wide up to the end of what is looked at.
+    Up to there the excess beyond `_WIDER` adds up to most. It is 0 where the mask is as wide up to the end of what is
+    looked at.
     """
     half = len(widths) // 2
     if half == 0:
-        return 0
-    middle, high = (len(widths) - half) // 2, 9 * (len(widths) - half) // 10
-    outer = np.partition(widths[half:], (middle, high))
-    usual, noise = float(outer[middle]), float(outer[high] - outer[middle])
-    reach = 0
-    for at in np.flatnonzero(widths > usual + max(_WIDER, _NOISES * noise)).tolist():
-        if at - reach > _PAUSE_WIDTHS * width:
-            break
-        reach = at
-    return reach if reach < half else 0
+        return 0.0
+    sums = ((widths - float(np.median(widths[half:])) - _WIDER) * steps).cumsum()
+    at = int(sums.argmax())
+    return float(steps[: at + 1].sum()) if sums[at] > 0.0 and at < half else 0.0
 
 
 def _inward_points(graph: Graph, matching: EndMatching, end: int) -> FloatArray:
