@@ -33,10 +33,16 @@ _BUNDLE = 1.4
 Source: geometry; two cables side by side, seen from between both sides and along both, are 1.4 wide.
 """
 
-_WIDER = 0.1
+_WIDER = 0.08
 """Excess of the mask's width over that of a branch from which another branch lies beside it, widths.
 
-Source: measured, as `_MERGE_WIDTHS`; above the noise of an edge.
+Source: measured, as `_MERGE_WIDTHS`; a pixel in a cable of twelve.
+"""
+
+_NOISES = 3.0
+"""The same, in standard deviations of the width farther out.
+
+Source: by definition; three standard deviations. A ragged edge is no branch.
 """
 
 _MERGE_WIDTHS = 0.7
@@ -280,13 +286,15 @@ def _start_of_merge(
 def _wide_length(widths: FloatArray, steps: FloatArray) -> float:
     """Return how far from a junction on the mask is wider than farther out, widths.
 
-    Up to there the excess beyond `_WIDER` adds up to most. It is 0 where the mask is as wide up to the end of what is
+    Up to there the excess adds up to most. It is 0 where the mask is as wide up to the end of what is
     looked at.
     """
     half = len(widths) // 2
     if half == 0:
         return 0.0
-    sums = ((widths - float(np.median(widths[half:])) - _WIDER) * steps).cumsum()
+    outer = widths[half:]
+    least = float(np.median(outer)) + max(_WIDER, _NOISES * float(np.std(outer)))
+    sums = ((widths - least) * steps).cumsum()
     at = int(sums.argmax())
     return float(steps[: at + 1].sum()) if sums[at] > 0.0 and at < half else 0.0
 
