@@ -79,12 +79,12 @@ def share_right(examples: list[Example]) -> dict[str, float]:
 
 
 def signs_of(examples: list[Example]) -> tuple[list[str], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-    """Return the sources, the signs (n, 2) and the rightness of all branch points that are found."""
+    """Return the sources, the signs (n, 1) and the rightness of all branch points that are found."""
     module: Any = branch_points
     kept, seen = module.confidence_of, []
 
-    def record(shortest: float, reach: float) -> float:
-        seen.append((shortest, reach))
+    def record(shortest: float) -> float:
+        seen.append([shortest])
         return len(seen) * 2.0**-20
 
     module.confidence_of = record

@@ -180,8 +180,8 @@ the root of a weighted sum of squares (`dloftbs.data.deviation`). The terms are:
 
 The curve averages the noise of its pixels between two knots. So these terms are smaller if the knots are far apart.
 Noise that is correlated over a longer stretch, as in the masks of networks, stays in the curve, and in averages of
-the radii. In space, the noise of depth is what is left of it in the smooth line through the depths of sections. Sections
-that err alike, as in the windows of a stereo camera, count as fewer.
+the radii. In space, the noise of depth is what is left of it in the smooth line through the depths of sections.
+Sections that err alike, as in the windows of a stereo camera, count as fewer.
 
 `python -m benchmarks.fit_deviation --write` fits the weights and writes this page. The fit aims at 68 % of the points
 within one deviation, and 95 % within two. Each source in the tables is left out of the fit that it is compared with,

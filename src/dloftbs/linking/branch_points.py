@@ -143,27 +143,25 @@ def find_branch_points(
         matching.open(end)
     places = {}
     for ends in _joined(matching, found, least_px):
-        place, reach = _start_of_merge(mask, graph, matching, ends)
+        place = _start_of_merge(mask, graph, matching, ends)
         if place is None:
             place = _place(branches.end_states[ends])
         shortest = min([len(_points_of(graph, matching, end)) for end in ends])
-        sure = confidence_of(math.log(max(shortest, 1) / graph.width), reach / graph.width)
+        sure = confidence_of(math.log(max(shortest, 1) / graph.width))
         places.update(dict.fromkeys(ends, (place, sure)))
     return places
 
 
-def confidence_of(shortest: float, reach: float) -> float:
+def confidence_of(shortest: float) -> float:
     """Return the probability that a branch point is one, and lies where it is said to.
 
     Parameters
     ----------
     shortest : float
         Logarithm of the length of its shortest branch, in widths.
-    reach : float
-        Length over which two of its branches lead on side by side, widths.
     """
-    none, per_shortest, per_reach = NODE
-    return 1.0 / (1.0 + math.exp(-(none + per_shortest * shortest + per_reach * reach)))
+    none, per_shortest = NODE
+    return 1.0 / (1.0 + math.exp(-(none + per_shortest * shortest)))
 
 
 def _members(matching: EndMatching, node: int) -> list[int]:
@@ -250,10 +248,9 @@ def _place(states: FloatArray) -> FloatArray:
 
 def _start_of_merge(
     mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, ends: list[int]
-) -> tuple[FloatArray | None, float]:
-    """Return where two branches begin to part that lead on side by side, and for how long they do, px.
+) -> FloatArray | None:
+    """Return where two branches begin to part that lead on side by side; None where all of them part at once.
 
-    The place is None, and the length 0, where they part at once.
     There the mask begins to be wider than the branch that holds both: of all that meet, the one that is wide the
     farthest. Where another one is about as far, a blob lies over the joint.
     """
@@ -266,7 +263,7 @@ def _start_of_merge(
         steps = np.hypot(*np.diff(points, axis=0, prepend=points[:1]).T)
         reaches.append(_wide_length(widths[start : start + len(points)], steps))
     if max(reaches) <= least:
-        return None, 0.0
+        return None
     radii = [_radius(matching, end) for end in ends]
     tangents = matching.branches.end_states[ends][:, TANGENT]
     leads_on = ((tangents @ tangents.T).min(axis=1) <= _AHEAD).tolist()  # into one of the others
@@ -278,9 +275,10 @@ def _start_of_merge(
     k = lengths.index(best)
     second = max(reaches[:k] + reaches[k + 1 :])
     if best <= least or second > max(least, 0.5 * best):  # all around is a blob, as tape makes it
-        return None, 0.0
+        return None
     at = np.searchsorted(np.hypot(*np.diff(parts[k], axis=0).T).cumsum(), best + _UNSEEN_WIDTHS * graph.width)
-    return parts[k][min(int(at), len(parts[k]) - 1)].copy(), best
+    place: FloatArray = parts[k][min(int(at), len(parts[k]) - 1)].copy()
+    return place
 
 
 def _wide_length(widths: FloatArray, steps: FloatArray) -> float:

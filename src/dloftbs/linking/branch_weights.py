@@ -8,8 +8,8 @@ BRANCH_END = 2.0
 Source: fitted by ``python -m benchmarks.fit_branches``; from 1 to 2.5 as many scenes are right, to a hundredth.
 """
 
-NODE = (0.48, 0.88, -1.24)
-"""Log-odds of a branch point, and per unit of its shortest branch and of its reach, as `confidence_of` has them.
+NODE = (0.62, 0.78)
+"""Log-odds of a branch point, and per unit of its shortest branch, as `confidence_of` has them.
 
 Source: fitted by ``python -m benchmarks.fit_branches``.
 """
