@@ -123,7 +123,8 @@ def detect(
     elif isinstance(x, (str, os.PathLike)):
         frame = read_frame(x, kind, as_stored=as_stored)
     else:
-        frame = as_frame(cast("Frame | npt.ArrayLike", x), grey_as_image=segmented)
+        known = pipeline.config.segmentation.mask_is
+        frame = as_frame(cast("Frame | npt.ArrayLike", x), grey_as_image=segmented, mask_is=known)
     if isinstance(depth, (str, os.PathLike)):
         depth = read_beside("depth", depth, picture)
     if isinstance(occluders, (str, os.PathLike)):

@@ -70,6 +70,21 @@ def test_a_prompted_network_follows_the_cable_alone():
     assert np.abs(np.array([x0, y0, x1, y1]) - [xs.min(), ys.min(), xs.max(), ys.max()]).max() < 4.0
 
 
+@pytest.mark.parametrize("failure", [0, 255], ids=["empty", "full"])
+def test_a_mask_that_fails_does_not_end_the_prompts(failure):
+    class Failing(Clicked):
+        def __call__(self, image, prompt):
+            mask = super().__call__(image, prompt)
+            return np.full(SIZE, failure, np.uint8) if len(self.prompts) in (6, 7) else mask
+
+    network = Failing()
+    pipeline = Pipeline(segmenter=network)
+    results = [pipeline.process(picture(moving(i), decoy=i >= 4)) for i in range(12)]
+    assert [len(result.detections) for result in results] == [1] * 5 + [0] * 2 + [1] * 5
+    assert {track.id for result in results for track in result.tracks} == {1}
+    assert network.prompts[6] is network.prompts[7] is network.prompts[5]
+
+
 @pytest.mark.parametrize(("stamp", "times"), [(0.0, 1), (1.0, 2)], ids=["an older stamp", "another size"])
 def test_a_frame_of_another_stream_has_an_empty_prompt(stamp, times):
     network = Clicked()

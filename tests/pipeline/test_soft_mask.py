@@ -101,6 +101,33 @@ def test_a_cut_off_cable_that_shows_faintly_ahead_is_not_whole_for_sure() -> Non
     assert abs(y - np.interp(x, *LINE.T)) < 6
 
 
+def barely_sure(value: float, sure: float = 0.6) -> np.ndarray:
+    """Return a cable that a network sees badly but for a few pixels."""
+    mask = np.where(drawn() > 127, np.float32(value), np.float32(0.0))
+    mask[:, 300:312] = np.where(mask[:, 300:312] > 0.0, np.float32(sure), np.float32(0.0))
+    return mask
+
+
+def test_a_cable_that_is_sure_in_a_few_pixels_is_read_as_a_whole() -> None:
+    (found,) = detect(barely_sure(0.48))
+    assert found.curve.length > 500.0
+
+
+def test_a_mask_that_fades_does_not_fail() -> None:
+    pipeline = Pipeline()
+    for index in range(10):
+        result = pipeline.process(Frame(mask=barely_sure(0.8 if index < 5 else 0.48, 0.9), index=index))
+        assert len(result) == 1
+
+
+def test_the_border_of_a_label_image_is_no_cable() -> None:
+    labels = np.zeros(SIZE, np.uint8)
+    for number, line in enumerate((LINE, LINE + np.array([0, 150])), start=1):
+        cv2.polylines(labels, [line], False, 255, 15)
+        cv2.polylines(labels, [line], False, number, 9)
+    assert all(one.width_px < 12.0 for one in detect(labels))
+
+
 def test_the_published_method_reads_the_half_as_it_would_by_itself() -> None:
     found, half = (detect(mask, config=Config.paper()) for mask in (fading(), fading() >= 128))
     assert [one.curve for one in found] == [one.curve for one in half]
@@ -116,6 +143,12 @@ class TestKinds:
         wide = detect(soft(), mask_is="binary")
         assert [one.curve for one in wide] == [one.curve for one in detect(soft() > 0)]
         assert max(one.width_px for one in wide) > 1.5 * detect(soft())[0].width_px
+
+    def test_an_array_of_floating_point_is_what_is_said(self) -> None:
+        values = soft() / 255.0
+        assert [one.curve for one in detect(values, mask_is="binary")] == [one.curve for one in detect(values != 0.0)]
+        (result,) = track([values], mask_is="binary")
+        assert [one.curve for one in result.detections] == [one.curve for one in detect(values != 0.0)]
 
     def test_a_frame_says_it_before_the_configuration(self) -> None:
         binary = detect(Frame(mask=soft(), mask_is="binary"), mask_is="probability")

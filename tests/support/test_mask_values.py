@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dloftbs.errors import InputError
-from dloftbs.support.mask_values import as_probability, holds_labels, is_probability
+from dloftbs.support.mask_values import as_probability, kind_of
 
 SIZE = (360, 640)
 
@@ -26,25 +26,38 @@ def soft() -> np.ndarray:
 
 class TestIsProbability:
     def test_what_a_network_gives_is_one(self) -> None:
-        assert is_probability(soft())
-        assert is_probability(soft()[:, ::-1].T)
-        assert is_probability(cv2.resize(soft(), None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA))
+        assert kind_of(soft()) == "probability"
+        assert kind_of(soft()[:, ::-1].T) == "probability"
+        assert kind_of(cv2.resize(soft(), None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA)) == "probability"
 
     def test_floating_point_is_one(self) -> None:
-        assert is_probability(soft() / 255.0)
-        assert is_probability((drawn() > 127).astype(np.float16))
+        assert kind_of(soft() / 255.0) == "probability"
+        assert kind_of((drawn() > 127).astype(np.float16)) == "probability"
 
     @pytest.mark.parametrize("kind", [np.uint8, np.bool_, np.int32, np.uint16])
     def test_two_values_are_none_whatever_they_are(self, kind: type) -> None:
         for value in (1, 7, 255):
-            assert not is_probability((value * (drawn() > 127)).astype(kind))
+            assert kind_of((value * (drawn() > 127)).astype(kind)) != "probability"
+
+    def test_edges_that_were_smoothed_scaled_or_stored_as_jpeg_make_one(self) -> None:
+        hard = np.where(drawn() > 127, np.uint8(255), np.uint8(0))
+        jpeg = cv2.imdecode(cv2.imencode(".jpg", hard, [cv2.IMWRITE_JPEG_QUALITY, 90])[1], cv2.IMREAD_GRAYSCALE)
+        twice = cv2.resize(hard, None, fx=2.0, fy=2.0, interpolation=cv2.INTER_LINEAR)
+        for mask in (jpeg, twice, cv2.GaussianBlur(hard, None, 0.6), soft().astype(np.uint16) * 257):
+            assert kind_of(mask) == "probability"
+
+    def test_a_few_greys_that_stand_for_objects_are_none(self) -> None:
+        mask = np.zeros(SIZE, np.uint8)
+        for number, grey in enumerate((38, 75, 113, 128, 192, 255)):
+            mask[50 * number : 50 * number + 9] = grey
+        assert kind_of(mask) == "binary"
 
     def test_labels_are_none_also_with_a_border_of_255(self) -> None:
         labels = np.zeros(SIZE, np.uint8)
         for number in range(30):
             labels[10 * number : 10 * number + 8] = number + 1
         labels[:4] = 255
-        assert not is_probability(labels)
+        assert kind_of(labels) != "probability"
 
     def test_a_photograph_is_none(self, shared_data: Path) -> None:
         paths = sorted((shared_data / "networks" / "ewd").glob("*.jpg"))
@@ -52,7 +65,7 @@ class TestIsProbability:
         for path in paths:
             grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
             assert grey is not None
-            assert not is_probability(grey)
+            assert kind_of(grey) != "probability"
 
     def test_the_masks_of_networks_are(self, shared_data: Path) -> None:
         networks = shared_data / "networks"
@@ -61,7 +74,7 @@ class TestIsProbability:
         for path in paths:
             grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
             assert grey is not None
-            assert is_probability(grey)
+            assert kind_of(grey) == "probability"
 
 
 class TestHoldsLabels:
@@ -69,22 +82,28 @@ class TestHoldsLabels:
     def test_small_numbers_of_two_objects_are_labels(self, kind: type) -> None:
         labels = np.zeros(SIZE, kind)
         labels[100:120], labels[200:240] = 1, 3
-        assert holds_labels(labels)
+        assert kind_of(labels) == "labels"
         labels[:8] = 255
-        assert holds_labels(labels)
+        assert kind_of(labels) == "labels"
+
+    @pytest.mark.parametrize("row", range(8))
+    def test_thin_level_objects_are_labels_wherever_they_lie(self, row: int) -> None:
+        labels = np.zeros((480, 640), np.uint8)
+        labels[200 + row : 206 + row, 40:600], labels[206 + row : 212 + row, 40:600] = 1, 2
+        assert kind_of(labels) == "labels"
 
     @pytest.mark.parametrize("values", [(1,), (255,), (1, 255), (1, 200), (40, 41), (-1, 2)])
     def test_other_numbers_are_none(self, values: tuple[int, ...]) -> None:
         mask = np.zeros(SIZE, np.int32)
         for row, value in enumerate(values):
             mask[100 * row : 100 * row + 50] = value
-        assert not holds_labels(mask)
+        assert kind_of(mask) != "labels"
 
     def test_neither_are_probabilities_and_nothing(self) -> None:
-        assert not holds_labels(soft())
-        assert not holds_labels(soft() / 255.0)
-        assert not holds_labels(drawn() > 127)
-        assert not holds_labels(np.zeros((0, 5), np.uint8))
+        assert kind_of(soft()) != "labels"
+        assert kind_of(soft() / 255.0) != "labels"
+        assert kind_of(drawn() > 127) != "labels"
+        assert kind_of(np.zeros((0, 5), np.uint8)) != "labels"
 
 
 def test_a_probability_of_any_type_has_8_bits() -> None:

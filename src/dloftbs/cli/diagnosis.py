@@ -14,11 +14,11 @@ from dloftbs.config import DepthConfig
 from dloftbs.data.depth import to_metres
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.pipeline.plausibility import doubt_mask, share_set
+from dloftbs.pipeline.plausibility import GRID_PX, doubt_mask, share_set
 from dloftbs.pipeline.thickness import doubt_unit, thickness_m
 from dloftbs.sources import Source
 from dloftbs.support.arrays import AnyArray
-from dloftbs.support.mask_values import GRID_PX, is_probability
+from dloftbs.support.mask_values import kind_of
 from dloftbs.support.values import count_of
 
 _WORST = 3
@@ -85,7 +85,7 @@ class Diagnosis:
                 self._depth_m.append((low, middle, high))
         if mask is not None:
             self._shares.append(share_set(mask))
-        self._soft += frame.mask is not None and frame.mask_is == "auto" and is_probability(frame.mask)
+        self._soft += frame.mask is not None and frame.mask_is == "auto" and kind_of(frame.mask) == "probability"
         before, self._last = self._last, frame
         for kind, now in (("image", frame.image), ("depth", depth)):
             one: AnyArray | None = getattr(before, kind, None)

@@ -76,8 +76,8 @@ class Frame:
     mask_is : {"auto", "binary", "probability", "labels"}
         What the values of the mask are. "binary": any non-zero is cable. "labels": the same, and they are the instances
         where none are given. "probability": as networks give it, of 8 or 16 bits, or in 0..1; it is held as uint8.
-        "auto": floating point is a probability, and so is uint8 of many grey values, nearly all of which are sure; at
-        least two numbers, all up to 32, are labels; all else is binary.
+        "auto": floating point is a probability, and so are 8 or 16 bits of many grey values, nearly all of which are
+        sure; at least two numbers, all up to 32, are labels; all else is binary.
     instances : numpy.ndarray, shape (H, W), integer, optional
         Label image of single objects, held as uint16: 0 is ground, any other number an object. Also a stack (N, H, W),
         a list of masks or of SAM's dictionaries, of which object k becomes k + 1 (see `instance_labels.as_labels`).
@@ -170,11 +170,13 @@ class Frame:
         return None if array is None else (int(array.shape[0]), int(array.shape[1]))
 
 
-def as_frame(given: Frame | npt.ArrayLike, index: int = 0, *, grey_as_image: bool = False) -> Frame:
+def as_frame(
+    given: Frame | npt.ArrayLike, index: int = 0, *, grey_as_image: bool = False, mask_is: str = "auto"
+) -> Frame:
     """Return a frame as it is, and an array as one: a mask (H, W), or a colour image (H, W, 3).
 
     Axes of length one before or behind those of a mask are dropped. A picture of Pillow is taken by its mode. With
-    `grey_as_image` an array (H, W) is a grey image, unless it is bool.
+    `grey_as_image` an array (H, W) is a grey image, unless it is bool; `mask_is` says what the values of masks are.
 
     Raises
     ------
@@ -194,7 +196,7 @@ def as_frame(given: Frame | npt.ArrayLike, index: int = 0, *, grey_as_image: boo
         return Frame(image=array, index=index)
     if grey_as_image and array.dtype != np.bool_:
         return Frame(image=_from_grey(array), index=index)
-    return Frame(mask=array, index=index)
+    return Frame(mask=array, index=index, mask_is=mask_is)
 
 
 def _from_grey(array: AnyArray) -> AnyArray:

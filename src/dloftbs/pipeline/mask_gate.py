@@ -65,7 +65,7 @@ class MaskGate:
         readable : bool
             Whether it can be read as cables at all.
         """
-        if self._share is None or (readable and not self._is_jump(self._share, share)):
+        if self._share is None or (readable and not self.is_jump(share)):
             return None
         self._refused += 1
         since = self._refused * self._frame_s if stamp is None or self._stamp is None else stamp - self._stamp
@@ -83,8 +83,11 @@ class MaskGate:
         self._share = share if shows_tracks else None
         self._stamp, self._refused, self._known = stamp, 0, known
 
-    def _is_jump(self, last: float, share: float) -> bool:
-        low, high = min(last, self._next), max(last, self._next, self._known)
+    def is_jump(self, share: float) -> bool:
+        """Return whether the share of a mask that is set is not what is expected."""
+        if self._share is None:
+            return False
+        low, high = min(self._share, self._next), max(self._share, self._next, self._known)
         return 0.0 < low >= _JUMP * share or share >= _JUMP * high
 
 

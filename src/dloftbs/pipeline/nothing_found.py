@@ -6,11 +6,10 @@ from dloftbs.config import Config, ObjectsConfig
 from dloftbs.data.frame import Frame
 from dloftbs.pipeline.plausibility import grey_hint
 from dloftbs.support.arrays import AnyArray
-from dloftbs.support.mask_values import is_probability
 
 
-def why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame) -> str:
-    """Say why the cleaned mask is empty."""
+def why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame, is_soft: bool) -> str:
+    """Say why the cleaned mask is empty, which may be that of a probability."""
     if mask.any():
         side = config.cleaning.open_px
         hint = (
@@ -18,7 +17,7 @@ def why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame) -> str:
         )
         return f"nothing of the mask is left after the opening by {side} x {side} px{hint}"
     if frame.mask is not None:
-        if frame.mask_is == "probability" or is_probability(frame.mask):
+        if is_soft:
             return "the mask is a probability that nowhere is one half or more: threshold it lower (mask > 31)"
         return "the mask is empty"
     if frame.image is None:

@@ -26,6 +26,7 @@ from dloftbs.data.frame import Frame, as_frame
 from dloftbs.data.frame_region import Region
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.harness import find_harnesses
+from dloftbs.data.prompt import Prompt
 from dloftbs.data.stage_trace import StageTrace
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
@@ -122,6 +123,7 @@ class Pipeline:
         self._has_unit = False  # of depth, as a frame was asked that has a curve in space
         self._mask: AnyArray | None = None
         self._masked: Region | None = None  # region that the mask is of
+        self._prompt_again: Prompt | None = None  # of the last frame, whose mask failed
 
     def __repr__(self) -> str:
         return f"Pipeline({count_of(len(self._tracker.tracks), 'track')}, {self._config!r})"
@@ -157,7 +159,7 @@ class Pipeline:
             If the frame has no mask and there is neither a colour range nor a segmenter, if the segmenter returns no
             mask of the size of what it was given, or if the region of interest does not lie within the frame.
         """
-        whole = as_frame(frame, self._next_index, grey_as_image=self._segments_images)
+        whole = self._as_frame(frame, self._next_index)
         region = self._region_in(whole)
         if region is not None and self._size not in (None, whole.size):
             raise InputError(
@@ -175,9 +177,11 @@ class Pipeline:
             self._reset_scene()
         prompt = None
         if self._segmenter is not None and self._segmenter.takes_prompt and frame.mask is None:
-            prompt = make_prompt(predicted, self._mask, frame.size)
+            # A mask that failed hides all tracks, and is no mask to go on from.
+            prompt = self._prompt_again or make_prompt(predicted, self._mask, frame.size)
         run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region, prompt, self._gate)
         self._mask, self._masked = run.mask, region
+        self._prompt_again = prompt if run.has_failed else None
         self._doubted = self._doubted or _warned(run, frame)  # once in a stream
         self._has_unit = self._has_unit or _checked_unit(run, frame)
         since = perf_counter()
@@ -225,7 +229,7 @@ class Pipeline:
         InputError
             As `process`.
         """
-        whole = as_frame(frame, grey_as_image=self._segments_images)
+        whole = self._as_frame(frame)
         frame, region, run = self._run_alone(whole)
         _warned(run, frame)
         _checked_unit(run, frame)
@@ -237,7 +241,7 @@ class Pipeline:
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
         self._doubted = self._has_unit = False
-        self._mask = self._masked = self._size = None
+        self._mask = self._masked = self._size = self._prompt_again = None
         self._tracker.reset()
         self._reset_scene()
 
@@ -258,10 +262,14 @@ class Pipeline:
         InputError
             As `process`.
         """
-        whole = as_frame(frame, grey_as_image=self._segments_images)
+        whole = self._as_frame(frame)
         frame, region, run = self._run_alone(whole)
         trace = trace_stages(frame, run.mask, run.crop, run.skeleton, _segments(run), _result(frame, run, ()))
         return trace if region is None else WholeImage(region, whole).trace(trace)
+
+    def _as_frame(self, given: Frame | npt.ArrayLike, index: int = 0) -> Frame:
+        mask_is = self._config.segmentation.mask_is
+        return as_frame(given, index, grey_as_image=self._segments_images, mask_is=mask_is)
 
     def _run_alone(self, whole: Frame) -> tuple[Frame, Region | None, StageRun]:
         """Return the frame that the stages see of a whole one, the region that it is cut to, and what they found."""

@@ -37,7 +37,7 @@ from dloftbs.pipeline.space_curves import with_curves_in_space
 from dloftbs.segmentation import FrameSegmenter
 from dloftbs.skeleton import build_graph, skeletonize
 from dloftbs.support.arrays import AnyArray
-from dloftbs.support.mask_values import as_probability, holds_labels, is_probability
+from dloftbs.support.mask_values import BORDER, as_probability, kind_of
 
 
 @dataclass(frozen=True)
@@ -173,13 +173,18 @@ def run_stages(
     readings = iter([(HALF, mask)]) if soft is None else readings_of(soft)
     limit, part = next(readings)
     share = task.share_of(part)
+    while gate is not None and gate.is_jump(share) and (lower := next(readings, None)) is not None:
+        limit, part = lower
+        share = task.share_of(part)
     clock.lap("segmentation")
     failure = None if gate is None else gate.refuse(share, frame.stamp, readable=task.refusal_of(part, share) is None)
     if failure is not None:
         run = StageRun(part, share, clock.stage_ms, reason=failure, has_failed=True)
         return replace(run, is_taken_for_soft=is_taken_for_soft)
     best = last = _read(part, limit, share, task)
-    while last.is_more and sureness(best.lines) < SURE and (lower := next(readings, None)) is not None:
+    while (
+        (last.is_more or not last.lines) and sureness(best.lines) < SURE and (lower := next(readings, None)) is not None
+    ):
         clock.lap("segmentation")
         limit, part = lower
         last = _read(part, limit, task.share_of(part), task)
@@ -213,11 +218,14 @@ def _read(mask: AnyArray, limit: int, share: float, task: _Task) -> _Reading:
     if refusal is not None:
         return _Reading(replace(run, reason=refusal), [])
     is_branched = isinstance(config.linking, LinkingConfig) and config.linking.branched
+    may_show_more = soft is not None and isinstance(config.linking, LinkingConfig)
     pixels = mask if labels is None or isinstance(config.linking, GreedyLinkingConfig) else open_seams(mask, labels)
     crop = clean(pixels, config.cleaning, region, branched=is_branched)
     clock.lap("cleaning")
     if crop is None:
-        return _Reading(replace(run, reason=why_nothing_is_left(mask, config, frame)), [])
+        return _Reading(
+            replace(run, reason=why_nothing_is_left(mask, config, frame, soft is not None)), [], may_show_more
+        )
     skeleton = skeletonize(crop)
     clock.lap("skeleton")
     is_more = False
@@ -240,7 +248,7 @@ def _read(mask: AnyArray, limit: int, share: float, task: _Task) -> _Reading:
         dropped=dropped,
         reason=reason,
     )
-    return _Reading(run, lines, is_more)
+    return _Reading(run, lines, is_more or (may_show_more and not lines))
 
 
 def _link_as_published(
@@ -285,9 +293,13 @@ def _given(frame: Frame, segmenter: FrameSegmenter | None, config: Config, promp
         mask = segmenter(frame, prompt)
     if kind == "auto":
         kind = config.segmentation.mask_is
-    is_soft = is_probability(mask) if kind == "auto" else kind == "probability"
+    is_known = kind != "auto"
+    kind = kind if is_known else kind_of(mask)
+    is_soft = kind == "probability"
     labels = frame.instances
-    if labels is None and not is_soft and (kind == "labels" or (kind == "auto" and holds_labels(mask))):
+    if labels is None and kind == "labels":
+        if not is_known:
+            mask = np.where(mask == BORDER, mask.dtype.type(0), mask)
         labels = as_labels(mask)
-    is_taken_for_soft = is_soft and kind == "auto" and mask.dtype.kind != "f"
+    is_taken_for_soft = is_soft and not is_known and mask.dtype.kind != "f"
     return _Given(mask, as_probability(mask) if is_soft else None, labels, is_taken_for_soft)
