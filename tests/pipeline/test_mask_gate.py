@@ -101,6 +101,16 @@ class TestFailures:
         assert [state for (_, state), *_ in states(results)[1:]] == ["confirmed"] * 7 + ["hidden", "confirmed"]
         assert str(results[FAILS_AT].reason).startswith("the mask is empty, after ")
 
+    def test_in_a_polygon_known_objects_may_come_back_as_a_whole(self) -> None:
+        size, end = (600, 600), np.array([560.0, 560.0])
+        pipeline = Pipeline(roi=[(0, 24), (24, 0), (599, 575), (575, 599)])
+        seen = [1.0] * 12 + [0.9**k for k in range(28)] + [1.0, 1.0]
+        for i, share in enumerate(seen):
+            pixels = draw_cable(np.array([(40.0, 40.0), 40.0 + share * (end - 40.0)]), 9, size) > 0
+            hidden = draw_cable(np.array([(40.0, 40.0), end]), 9, size) > 0
+            frame = Frame(mask=pixels, occluders=hidden & ~pixels, index=i, stamp=i / FPS)
+            assert pipeline.process(frame).reason is None
+
     def test_the_reason_says_what_happened_and_for_how_long_it_is_not_believed(self) -> None:
         masks = [mask(i) for i in range(FAILS_AT)]
         *_, result = follow([*masks, np.zeros(SIZE, bool)])

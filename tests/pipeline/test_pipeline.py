@@ -265,6 +265,21 @@ class TestColour:
 
 
 class TestStream:
+    def test_a_repeated_stamp_changes_nothing(self) -> None:
+        def frame(index: int, stamp: float) -> Frame:
+            lines = [((40, 150), (360, 150)), ((200, 150), (200, 40))]
+            mask = np.zeros((300, 400), np.uint8)
+            for start, end in lines:
+                cv2.line(mask, (start[0], start[1] + index), (end[0], end[1] + index), 255, 9)
+            return Frame(mask=mask, index=index, stamp=stamp, name=f"{index}.png")
+
+        pipeline = Pipeline(branched=True)
+        results = [pipeline.process(frame(k, stamp)) for k, stamp in enumerate((0.0, 0.03, 0.06, 0.06, 0.1))]
+        assert (results[3].index, results[3].name) == (3, "3.png")
+        assert (results[3].detections, results[3].tracks) == (results[2].detections, results[2].tracks)
+        assert [[one.id for one in result.harnesses] for result in results] == [[1]] * 5
+        assert len({tuple(one.id for one in result.branch_points) for result in results}) == 1
+
     @staticmethod
     def frames() -> list[Frame]:
         masks = [draw_cable(wave(SIZE, 1.0, 0.05 * i), 9, SIZE) for i in range(12)]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from drawings import draw_cable
 
 from dloftbs import Config, Frame, HsvRange
 from dloftbs.config import SegmentationConfig
+from dloftbs.errors import InputError
 from dloftbs.pipeline import Pipeline
 from dloftbs.pipeline.group import PipelineGroup
 
@@ -71,3 +73,24 @@ def test_objects_beyond_the_known_number_are_reported_for_all_pipelines():
     picture[20:27, 130:180] = RED
     result = PipelineGroup(configs).process(Frame(image=picture))
     assert (len(result.detections), len(result.dropped)) == (2, 1)
+
+
+def test_a_pipeline_that_only_has_hidden_tracks_says_why():
+    group = PipelineGroup(CONFIGS)
+    for index in range(4):
+        group.process(frame(index=index))
+    result = group.process(frame(red=False, index=4))
+    assert [(track.id, track.state.value) for track in result.tracks] == [(1, "hidden"), (2, "confirmed")]
+    assert "the segmentation has failed" in str(result.reason)
+
+
+def test_a_mask_that_is_the_same_for_all_is_refused():
+    with pytest.raises(InputError, match="the same for all: leave it out"):
+        PipelineGroup(CONFIGS).process(Frame(image=frame().image, mask=np.ones(SIZE, bool)))
+
+
+def test_after_a_reset_tracks_are_new():
+    group = PipelineGroup(CONFIGS)
+    group.process(frame())
+    group.reset()
+    assert [track.id for track in group.process(frame(index=1)).tracks] == [3, 4]

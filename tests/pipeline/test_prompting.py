@@ -86,6 +86,22 @@ def test_a_mask_that_fails_does_not_end_the_prompts(failure):
 
 
 @pytest.mark.parametrize(("stamp", "times"), [(0.0, 1), (1.0, 2)], ids=["an older stamp", "another size"])
+def test_after_a_failure_a_frame_of_another_stream_has_an_empty_prompt(stamp, times):
+    class Failing(Clicked):
+        def __call__(self, image, prompt):
+            mask = super().__call__(image, prompt)
+            return np.zeros_like(mask) if len(self.prompts) == 5 else mask
+
+    network = Failing()
+    pipeline = Pipeline(segmenter=network)
+    for i in range(5):
+        pipeline.process(Frame(image=picture(moving(i)), stamp=0.5 + 0.04 * i))
+    pipeline.process(Frame(image=np.repeat(picture(moving(5)), times, axis=0), stamp=stamp))
+    last = network.prompts[-1]
+    assert (len(last.boxes), len(last.points), last.mask) == (0, 0, None)
+
+
+@pytest.mark.parametrize(("stamp", "times"), [(0.0, 1), (1.0, 2)], ids=["an older stamp", "another size"])
 def test_a_frame_of_another_stream_has_an_empty_prompt(stamp, times):
     network = Clicked()
     pipeline = Pipeline(segmenter=network)

@@ -8,6 +8,7 @@ from time import perf_counter
 from dloftbs.config import Config
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.errors import InputError
 from dloftbs.fitting import find_crossings
 from dloftbs.pipeline.pipeline import Pipeline
 
@@ -34,11 +35,17 @@ class PipelineGroup:
         Raises
         ------
         InputError
-            As `Pipeline.process`.
+            As `Pipeline.process`; or if the frame has a mask, in which all pipelines would find the same objects.
         """
+        if len(self._pipelines) > 1 and frame.mask is not None:
+            raise InputError(
+                "pipelines in a group differ in what they take for cable, and the frame has a mask, which is the same "
+                "for all: leave it out, or use one Pipeline"
+            )
         results = [pipeline.process(frame) for pipeline in self._pipelines]
         detections = tuple(detection for result in results for detection in result.detections)
-        reason = None if detections else "; ".join(result.reason or "" for result in results)
+        # Of one that only has hidden tracks too, as where its mask has failed.
+        reasons = [one.reason for one in results if one.reason and (one.tracks or not detections)]
         since = perf_counter()
         crossings = find_crossings(detections, frame, self._lifting)
         crossings_ms = 1e3 * (perf_counter() - since)
@@ -55,7 +62,7 @@ class PipelineGroup:
         return FrameResult(
             detections,
             tracks,
-            reason,
+            "; ".join(reasons) or None,
             first.size,
             stage_ms,
             first.index,
@@ -65,3 +72,8 @@ class PipelineGroup:
             dropped,
             roi=first.roi,
         )
+
+    def reset(self) -> None:
+        """Forget all tracks, as at the cut to another scene."""
+        for pipeline in self._pipelines:
+            pipeline.reset()

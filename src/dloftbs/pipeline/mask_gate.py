@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from dloftbs.config import TrackingConfig
 from dloftbs.data.tracks import EndKind, Track
+from dloftbs.support.values import ROUNDING_S
 
 _JUMP = 10.0
 """Ratio of the areas of two masks, one after the other, from which on no cable moved: the segmentation failed.
@@ -18,11 +19,6 @@ _HELD_S = 0.5
 """Time after which a jump is believed, s.
 
 Source: by definition; in it the confidence of a curve that is not seen falls to one half.
-"""
-_ROUNDING_S = 1e-6
-"""Difference of two times that are the same, s.
-
-Source: numerics; seconds since 1970 are rounded to 0.24e-6 as floating-point numbers.
 """
 
 
@@ -69,7 +65,7 @@ class MaskGate:
             return None
         self._refused += 1
         since = self._refused * self._frame_s if stamp is None or self._stamp is None else stamp - self._stamp
-        if not 0.0 <= since <= self._held_s + _ROUNDING_S:
+        if not 0.0 <= since <= self._held_s + ROUNDING_S:
             return None
         what = f"{100.0 * share:.3g} % of the mask is set" if share > 0.0 else "the mask is empty"
         return (

@@ -10,6 +10,7 @@ from time import perf_counter
 
 import numpy.typing as npt
 
+from dloftbs.camera import PinholeCamera
 from dloftbs.config import (
     Colour,
     Config,
@@ -44,7 +45,7 @@ from dloftbs.pipeline.thickness import doubt_unit
 from dloftbs.pipeline.whole_image import WholeImage
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
 from dloftbs.support.arrays import AnyArray
-from dloftbs.support.values import count_of, shown
+from dloftbs.support.values import count_of, is_before, is_same_time, shown
 from dloftbs.tracking import HarnessIds, Tracker
 
 _log = logging.getLogger("dloftbs.pipeline")
@@ -116,11 +117,14 @@ class Pipeline:
         self._gate = MaskGate(tracking) if isinstance(tracking, TrackingConfig) else None
         self._depth_edges = DepthEdges()
         self._harness_ids = HarnessIds()
+        self._stamp: float | None = None
+        self._last: FrameResult | None = None
         self._size: tuple[int, int] | None = None
         self._region: Region | None = None
         self._next_index = 0
         self._doubted = False
         self._has_unit = False  # of depth, as a frame was asked that has a curve in space
+        self._depth_from: tuple[PinholeCamera | None, float] | None = None  # and its unit
         self._mask: AnyArray | None = None
         self._masked: Region | None = None  # region that the mask is of
         self._prompt_again: Prompt | None = None  # of the last frame, whose mask failed
@@ -168,13 +172,20 @@ class Pipeline:
             )
         frame = whole if region is None else region.crop(whole)
         self._next_index = frame.index + 1
+        if self._size == whole.size and self._last is not None and is_same_time(frame.stamp, self._last.stamp):
+            return replace(self._last, index=whole.index, name=whole.name)  # a repetition, which changes nothing
         preparation.prepare((*kernel_rooms(self._config, frame), "evidence.kernels.occlusion_pixels", "tracking"))
         since = perf_counter()
         predicted = self._tracker.predict(frame.stamp) if self._size in (None, whole.size) else ()
         predicted_ms = 1e3 * (perf_counter() - since)
-        if whole.size != self._size:  # another camera
+        if whole.size != self._size or is_before(frame.stamp, self._stamp):  # another stream
             self._size = whole.size
             self._reset_scene()
+        if (whole.camera, whole.depth_unit_m) != self._depth_from:
+            self._depth_from = whole.camera, whole.depth_unit_m
+            self._depth_edges.reset()
+            self._has_unit = False
+        self._stamp = self._stamp if frame.stamp is None else frame.stamp
         prompt = None
         if self._segmenter is not None and self._segmenter.takes_prompt and frame.mask is None:
             # A mask that failed hides all tracks, and is no mask to go on from.
@@ -198,7 +209,7 @@ class Pipeline:
         if self._gate is not None and not run.has_failed:
             shows_tracks = any(track.state is TrackState.CONFIRMED for track in tracks)
             assert isinstance(self._tracker, Tracker)
-            known = known_share((*tracks, *self._tracker.lost), frame.size)
+            known = known_share((*tracks, *self._tracker.lost), frame.size) / (1.0 if region is None else region.share)
             self._gate.accept(run.share, frame.stamp, shows_tracks=shows_tracks, known=known)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         result = _result(frame, run, tracks)
@@ -207,7 +218,8 @@ class Pipeline:
             points = tuple([point for harness in named for point in harness.branch_points])
             result = replace(result, harnesses=named, branch_points=points)
         result = result if region is None else WholeImage(region, whole).result(result)
-        return result if whole.grippers is None else with_held_ends(result, whole.grippers, whole.camera)
+        self._last = result if whole.grippers is None else with_held_ends(result, whole.grippers, whole.camera)
+        return self._last
 
     def detect(self, frame: Frame | npt.ArrayLike) -> FrameResult:
         """Find the objects of one frame by itself: the result keeps the frame, and has no tracks.
@@ -241,12 +253,13 @@ class Pipeline:
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
         self._doubted = self._has_unit = False
-        self._mask = self._masked = self._size = self._prompt_again = None
+        self._size = self._stamp = None
         self._tracker.reset()
         self._reset_scene()
 
     def _reset_scene(self) -> None:
         """Forget what is known of the camera, of its masks, and of the harnesses in them."""
+        self._mask = self._masked = self._prompt_again = self._last = None
         self._harness_ids.reset()
         self._depth_edges.reset()
         if self._gate is not None:

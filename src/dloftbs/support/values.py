@@ -22,6 +22,12 @@ _Kind = TypeVar("_Kind", bound=Enum)
 LONGEST_S = 1e11
 """Seconds: three thousand years. Larger values count milliseconds or less since 1970, and are no time in seconds."""
 
+ROUNDING_S = 1e-6
+"""Difference of two times that are the same, s.
+
+Source: numerics; seconds since 1970 are rounded to 0.24e-6 as floating-point numbers.
+"""
+
 MAX_PX = 1_000_000
 """Pixels of an image's side, far above those of any sensor."""
 
@@ -135,6 +141,16 @@ def check_stamp(value: object) -> float | None:
     if stamp is None or abs(stamp) > LONGEST_S:
         raise InputError(f"stamp must be a finite number of seconds, {LONGEST_S:g} at most, got {shown(value)}")
     return stamp
+
+
+def is_same_time(stamp: float | None, other: float | None) -> bool:
+    """Return whether two times in seconds are known and the same, to the rounding of seconds since 1970."""
+    return stamp is not None and other is not None and abs(stamp - other) <= ROUNDING_S
+
+
+def is_before(stamp: float | None, other: float | None) -> bool:
+    """Return whether a time in seconds is known to lie before another one."""
+    return stamp is not None and other is not None and stamp < other - ROUNDING_S
 
 
 def check_size(name: str, value: object, least: int = 1) -> tuple[int, int]:
