@@ -209,6 +209,20 @@ def test_a_frame_goes_without_what_is_missing_or_corrupt(tmp_path, log, form, da
     assert message in told
 
 
+@pytest.mark.parametrize("option", ["instances", "masks", "occluders"])
+def test_scores_of_an_object_are_refused_in_files_as_in_memory(tmp_path, log, option):
+    scores = np.where(rope(0) > 0, 0.99, 0.01).astype(np.float32)
+    save(tmp_path / "f0.png", picture())
+    np.save(tmp_path / "f0_mask_0.npy", scores > 0.5)
+    np.save(tmp_path / "f0_mask_1.npy", scores)
+    with pytest.raises(InputError, match=r"got float32; threshold it first: x > 0\.5"):
+        Frame(instances=[scores])
+    (frame,) = read(tmp_path / "f0.png", **{option: "{stem}_mask_*.npy"})
+    assert frame.mask is frame.instances is frame.occluders is None
+    expected = "f0_mask_1.npy: the mask of an object must be bool or integer, got float32; threshold it first: x > 0.5"
+    assert expected in log.text
+
+
 def test_label_images_of_a_lossy_codec_are_refused(tmp_path, log):
     save(tmp_path / "f0.png", picture())
     save(tmp_path / "f0_labels.jpg", labels().astype(np.uint8))

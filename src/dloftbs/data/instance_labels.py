@@ -87,7 +87,7 @@ def as_labels(given: object, size: Size | None = None) -> Labels:
         raise InputError(f"instances must be {_SHAPES}, got a picture in colour, {array.shape} of {array.dtype}")
     if size not in (None, array.shape[1:]) and array.shape[:2] == size:
         raise InputError(f"instances must be (N, H, W), got {array.shape}; masks come first: x.transpose(2, 0, 1)")
-    return paint((_check_kind("instances", mask) for mask in array), size or (array.shape[1], array.shape[2]))
+    return paint((check_kind("instances", mask) for mask in array), size or (array.shape[1], array.shape[2]))
 
 
 def paint(masks: Iterable[AnyArray], size: Size | None = None) -> Labels:
@@ -163,10 +163,17 @@ def _mask_of(name: str, one: object, size: Size | None) -> AnyArray:
     plane = plane_of(as_pixels(name, one, "one"))
     if plane.ndim != 2:
         raise InputError(f"{name} must be a mask (H, W), got {plane.shape}")
-    return _check_kind(name, plane)
+    return check_kind(name, plane)
 
 
-def _check_kind(name: str, mask: AnyArray) -> AnyArray:
+def check_kind(name: str, mask: AnyArray) -> AnyArray:
+    """Return an object's mask, or a label image, as it is, if it is bool or integer.
+
+    Raises
+    ------
+    InputError
+        If it is of another type, such as scores.
+    """
     if mask.dtype.kind not in "biu":
         remedy = "; threshold it first: x > 0.5" if mask.dtype.kind == "f" else ""
         raise InputError(f"{name} must be bool or integer, got {mask.dtype}{remedy}")
@@ -175,7 +182,7 @@ def _check_kind(name: str, mask: AnyArray) -> AnyArray:
 
 def _checked(labels: AnyArray, size: Size | None) -> Labels:
     """Return a label image of 16 bits, the same array where it is one."""
-    _check_kind("instances", labels)
+    check_kind("instances", labels)
     _same_size("instances", labels, size)
     if labels.dtype.kind == "i" and labels.size and labels.min() < 0:
         raise InputError(f"instances must be at least 0, the ground, got {labels.min()}; add 1 where -1 is the ground")

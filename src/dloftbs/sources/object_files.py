@@ -9,7 +9,7 @@ from pathlib import Path
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
-from dloftbs.data.instance_labels import Labels, Size, as_labels, paint
+from dloftbs.data.instance_labels import Labels, Size, as_labels, check_kind, paint
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.annotations import ANNOTATION_SUFFIXES, read_annotations, read_coco
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, list_files
@@ -17,6 +17,7 @@ from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, is_union, pa
 from dloftbs.sources.picture_stream import PictureStream
 from dloftbs.sources.pixel_values import read_labels, read_mask
 from dloftbs.sources.pixels import Picture, load_npy
+from dloftbs.support.arrays import AnyArray
 
 Read = Callable[[Size | None], Labels]
 """Reader of the label image of a frame, whose size is given where it is known."""
@@ -72,10 +73,18 @@ def _read(files: Sequence[Path], rule: str, size: Size | None) -> Labels:
         if not files:
             raise SourceError(f"there is no file by the rule {rule!r}")
         try:
-            return paint(map(read_mask, files), size)
+            return paint(map(_read_object, files), size)
         except InputError as error:
             raise SourceError(f"{files[0].name}, ...: {error}") from error
     return read_objects(files[0], size)
+
+
+def _read_object(path: Path) -> AnyArray:
+    """Return the mask (H, W) of one object."""
+    try:
+        return check_kind("the mask of an object", read_mask(path))
+    except InputError as error:
+        raise SourceError(f"{path}: {error}") from error
 
 
 def read_objects(path: Path, size: Size | None) -> Labels:
