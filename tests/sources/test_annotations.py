@@ -115,11 +115,34 @@ def test_a_mask_of_labelme_is_cut_at_the_border(tmp_path, left):
 def test_a_line_with_a_width_is_drawn(tmp_path):
     wire = shape([[2.2, 10], [27.4, 10]], "linestrip", description="width_px=5.0")
     labels = read_annotations(save(tmp_path / "a.json", labelme(wire)))
-    assert (labels[8:13, 3:27] == 1).all()
-    assert not labels[[5, 15]].any()
+    assert (labels[8:13, 3:28] == 1).all()
+    assert not labels[[7, 13]].any()
+    assert not labels[:, [2, 28]].any()
     short = shape([[2, 10]], "linestrip", description="width_px=5.0")
     with pytest.raises(SourceError, match="a linestrip must have two points or more"):
         read_annotations(save(tmp_path / "a.json", labelme(short)))
+    point = shape([[2, 10], [2, 10]], "linestrip", description="width_px=5.0")
+    with pytest.raises(SourceError, match="a linestrip must have two points or more that differ"):
+        read_annotations(save(tmp_path / "a.json", labelme(point)))
+
+
+@pytest.mark.parametrize("width_px", [1.0, 2.99, 6.93, 11.07])
+def test_a_line_is_as_wide_as_it_says(tmp_path, width_px):
+    points = [[12.3, 15.4], [60.9, 44.1], [60.9, 44.1], [110.2, 20.7]]
+    content = labelme(shape(points, "linestrip", description=f"width_px={width_px}"))
+    labels = read_annotations(save(tmp_path / "a.json", {**content, "imageHeight": 60, "imageWidth": 120}))
+    length_px = np.hypot(*np.diff(points, axis=0).T).sum()
+    assert labels.sum() / length_px == pytest.approx(width_px, abs=0.1)
+
+
+def test_a_line_that_ends_at_its_first_point_is_a_loop_without_ends(tmp_path):
+    square = [[8, 4], [22, 4], [22, 15], [8, 15], [8, 4]]
+    content = labelme(shape(square, "linestrip", description="width_px=3"))
+    expected = np.zeros(SIZE, np.uint16)
+    expected[3:17, 7:24] = 1
+    expected[6:14, 10:21] = 0
+    expected[[3, 3, 16, 16], [7, 23, 7, 23]] = 1  # 1.41 px from the corners
+    np.testing.assert_array_equal(read_annotations(save(tmp_path / "a.json", content)), expected)
 
 
 def test_lines_and_boxes_have_no_area_and_are_left_out_with_a_warning(tmp_path, caplog):

@@ -1,7 +1,7 @@
 """Masks of objects in files of annotation tools and data sets: COCO, SAM, labelme, YOLO.
 
 Coordinates of polygons are pixels, rounded to whole ones; the pixels that an outline runs through belong to the object,
-so that no thin cable is broken.
+so that no thin cable is broken. Lines are drawn by their exact width.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_pixels import curve_mask
 from dloftbs.data.instance_labels import Labels, Size, as_labels, paint
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.pixels import MAX_PIXELS, check_pixels, decode, read_bytes
@@ -29,6 +31,11 @@ ANNOTATION_SUFFIXES = (".json", ".txt")
 """Of files that hold the masks of a frame as polygons or run lengths."""
 _WIDTH = re.compile(r"width_px=(\d{1,4}(?:\.\d{1,6})?)")
 """Description of a line that is as wide as an object."""
+_THINNEST_PX = 1.0
+"""Width of the thinnest line that is drawn, px.
+
+Source: geometry; thinner ones lie between the centres of pixels, and are broken.
+"""
 _BOX_VALUES = 5
 """Values of a line that holds a box: class, centre, width, height.
 
@@ -273,11 +280,18 @@ def _fill(canvas: AnyArray, polygon: Any) -> None:
 
 
 def _draw(canvas: AnyArray, line: Any, width: float) -> None:
-    """Set the pixels of a line [[x, y], ...] of a width, px."""
+    """Set the pixels whose centre lies within half a width, px, of a line [[x, y], ...]; its ends are flat."""
     points = _points_of("a linestrip", line, 2)
-    import cv2
-
-    cv2.polylines(canvas, [np.rint(points).astype(np.int32)], False, 1, max(round(width), 1))
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    moves = steps > 0.0
+    if not moves.any():
+        raise InputError(f"a linestrip must have two points or more that differ, got {shown(line)}")
+    points = points[np.append(True, moves)]
+    places = np.append(0.0, np.cumsum(steps[moves])) / steps.sum()
+    is_loop = np.array_equal(points[0], points[-1])
+    curve = BSplineCurve(np.pad(places, 1, "edge"), points, 1, closed=is_loop)
+    size = (int(canvas.shape[0]), int(canvas.shape[1]))
+    canvas |= curve_mask(curve, max(width, _THINNEST_PX), size)
 
 
 def _points_of(what: str, given: Any, least: int) -> AnyArray:
