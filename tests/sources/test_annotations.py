@@ -96,6 +96,35 @@ def test_lines_of_yolo(tmp_path):
     np.testing.assert_array_equal(read_annotations(save(path, ""), SIZE), np.zeros(SIZE))  # a picture without a cable
 
 
+@pytest.mark.parametrize("ends", [("0.87", "0.5"), ("1", "2"), ("0.87 7", "0.5 1"), ("1 1", "1 2"), ("0 14", "0.5 1")])
+def test_lines_of_yolo_may_end_with_a_confidence_and_the_number_of_a_track(tmp_path, ends):
+    lines = [f"{line} {end}" for line, end in zip(yolo(BAR, POST).splitlines(), ends, strict=True)]
+    path = save(tmp_path / "a.txt", "\n".join(lines))
+    np.testing.assert_array_equal(read_annotations(path, SIZE), expected())
+    path = save(tmp_path / "b.txt", lines[1])
+    np.testing.assert_array_equal(read_annotations(path, SIZE), mask(1))
+
+
+def test_boxes_with_a_confidence_or_the_number_of_a_track_are_boxes(tmp_path, caplog):
+    for first, second in (("", ""), (" 0.9", " 0.8"), (" 3", " 4"), (" 0.9 3", " 0.8 4")):
+        path = save(tmp_path / "a.txt", f"0 0.5 0.5 0.1 0.2{first}\n0 0.2 0.5 0.1 1.0{second}")
+        assert not read_annotations(path, SIZE).any()
+        assert caplog.messages == [f"{path}: left out 2 boxes (line 1): only polygons have an area"]
+        caplog.clear()
+
+
+def test_a_last_corner_at_the_lower_border_is_no_track(tmp_path):
+    cut = [10, 20, 10, 4, 14, 4, 14, 20]
+    (line,) = yolo(cut).splitlines()
+    labels = np.zeros(SIZE, np.uint16)
+    labels[4:, 10:15] = 1
+    np.testing.assert_array_equal(read_annotations(save(tmp_path / "a.txt", line), SIZE), labels)
+    np.testing.assert_array_equal(read_annotations(save(tmp_path / "b.txt", f"{line} 0.5 1"), SIZE), labels)
+    both = "\n".join([line, yolo([20, 20, 20, 4, 24, 4, 24, 20])])
+    labels[4:, 20:25] = 2
+    np.testing.assert_array_equal(read_annotations(save(tmp_path / "c.txt", both), SIZE), labels)
+
+
 def test_polygons_of_one_annotation_and_shapes_of_one_group_are_one_object(tmp_path):
     whole = (expected() > 0).astype(np.uint16)
     np.testing.assert_array_equal(read_annotations(save(tmp_path / "a.json", coco([[BAR, POST]]))), whole)
@@ -208,8 +237,10 @@ def test_the_outlines_of_a_mask_fill_to_it(tmp_path_factory, pixels):
             "31 279 244 271 232 263 217\n",
             r"line 1 must have coordinates in 0\.\.1, shares of the picture's size",
         ),
-        ("a.txt", "0 0.1 0.2 0.3\n", "line 1 must be a class and three points or more, got 4 numbers"),
-        ("a.txt", "0 .1 .2 .3 .4 .5 .6 .7\n", "line 1 must be a class and three points or more, got 8 numbers"),
+        ("a.txt", "0 0.1 0.2 0.3\n", "line 1 must be a class and three points or more, .* got 4 numbers"),
+        ("a.txt", "0 .1 .2 .3 .4 .5 .6 -.7\n", r"behind which a confidence in 0\.\.1 and .* a track may stand, got 8"),
+        ("a.txt", "0 .1 .2 .3 .4 .5 .6 2.5\n", r"behind which a confidence in 0\.\.1 and .* a track may stand, got 8"),
+        ("a.txt", "0 .1 .2 .3 .4 .5 .6 .7 2 .8\n", "line 1 must have coordinates"),
         ("a.txt", "0 nan 0.2 0.3 0.1 0.5 0.5\n", "line 1 must have coordinates"),
         ("a.txt", "cable 0.1\n", "is no text of YOLO"),
         ("none.json", None, "none.json: cannot be read"),

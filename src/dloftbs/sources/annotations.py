@@ -36,8 +36,8 @@ _THINNEST_PX = 1.0
 
 Source: geometry; thinner ones lie between the centres of pixels, and are broken.
 """
-_BOX_VALUES = 5
-"""Values of a line that holds a box: class, centre, width, height.
+_BOX_VALUES = 4
+"""Values of a box: the two of its centre, width, height.
 
 Source: YOLO's format of detection.
 """
@@ -87,7 +87,7 @@ def read_annotations(path: Path, size: Size | None = None) -> Labels:
     path : Path
         JSON of labelme (polygons and masks; all other shapes are left out with a warning), JSON of SAM (a list of
         dictionaries, or a file of its data set), COCO with one image; or text of YOLO (``class x y x y ...``, in shares
-        of the frame's size).
+        of the frame's size; a confidence and the number of a track behind the last corner are left out).
     size : (int, int), optional
         ``(H, W)`` of the frame; needed by YOLO, and by a file that does not say it.
 
@@ -337,23 +337,60 @@ def _of_yolo(data: bytes, size: Size | None, path: Path) -> Labels:
 
 def _of_lines(rows: Sequence[Sequence[float]], size: Size, path: Path) -> Iterator[AnyArray]:
     """Yield the mask (H, W) of each polygon."""
-    boxes = [number for number, row in enumerate(rows, 1) if len(row) == _BOX_VALUES]
+    lines = [(number, row) for number, row in enumerate(rows, 1) if row]
+    extra = 2 if _end_with_tracks([row for _, row in lines]) else 0
+    outlines = [(number, _coordinates(number, row, extra)) for number, row in lines]
+    boxes = [number for number, outline in outlines if len(outline) == _BOX_VALUES]
     if boxes:
         logger.warning("%s: left out %d boxes (line %d): only polygons have an area", path, len(boxes), boxes[0])
-    for number, row in enumerate(rows, 1):
-        if len(row) in (0, _BOX_VALUES):
+    for number, outline in outlines:
+        if len(outline) == _BOX_VALUES:
             continue
-        points = np.array(row[1:], np.float64)
-        if len(row) < 7 or len(row) % 2 == 0:
-            raise InputError(f"line {number} must be a class and three points or more, got {len(row)} numbers")
-        corners = points.reshape(-1, 2) * size[::-1]
+        corners = np.array(outline, np.float64).reshape(-1, 2) * size[::-1]
         if not ((corners >= -1.0) & (corners <= np.array(size[::-1]) + 1.0)).all():
             raise InputError(
-                f"line {number} must have coordinates in 0..1, shares of the picture's size, got {max(row[1:]):g}"
+                f"line {number} must have coordinates in 0..1, shares of the picture's size, got {max(outline):g}"
             )
         canvas = np.zeros(size, np.uint8)
         _fill(canvas, corners)
         yield canvas
+
+
+def _coordinates(number: int, row: Sequence[float], extra: int) -> Sequence[float]:
+    """Return the values of a line between its class and a confidence, a track's number or both, which are `extra`."""
+    values = row[1:]
+    if len(values) % 2 and (_is_confidence(values[-1]) or _is_track(values[-1])):
+        extra = 1
+    outline = values[: len(values) - extra]
+    if len(outline) < _BOX_VALUES or len(outline) % 2:
+        raise InputError(
+            f"line {number} must be a class and three points or more, behind which a confidence in 0..1 and the number "
+            f"of a track may stand, got {len(row)} numbers"
+        )
+    return outline
+
+
+def _end_with_tracks(rows: Sequence[Sequence[float]]) -> bool:
+    """Return whether all lines end with a confidence and the number of a track, and not with one more corner.
+
+    The tracks of a frame have different numbers from 1 on. A number 1 alone may also be the lower border of the
+    picture, which an outline that is cut off there touches at two corners or more.
+    """
+    tracks = [row[-1] for row in rows]
+    if not all(
+        len(row) >= 1 + _BOX_VALUES + 2 and len(row) % 2 and _is_confidence(row[-2]) and _is_track(row[-1])
+        for row in rows
+    ):
+        return False
+    return len(set(tracks)) == len(tracks) and (tracks != [1.0] or max(rows[0][2:-2:2]) < 1.0)
+
+
+def _is_confidence(value: float) -> bool:
+    return 0.0 <= value <= 1.0
+
+
+def _is_track(value: float) -> bool:
+    return value >= 1.0 and value.is_integer()
 
 
 def _base_name(file_name: str) -> str:
