@@ -79,6 +79,10 @@ def yolo(*polygons: list[float]) -> str:
             "annotations": coco([[BAR], [POST]])["annotations"],
         },
         [{"segmentation": encode(mask(number)), "area": 5, "bbox": [1, 2, 3, 4]} for number in (0, 1)],
+        [encode(mask(number)) for number in (0, 1)],
+        [{"image_id": 7, "category_id": 1, "score": 0.9, "segmentation": encode(mask(number))} for number in (0, 1)],
+        {**coco([[BAR], [POST]]), "images": [{"id": "5", "file_name": "a.png", "height": 20, "width": 30}]},
+        {**coco([[BAR], [POST]]), "images": [{"file_name": "a.png", "height": 20, "width": 30}]},
         labelme(shape(PAIRS[0]), shape(PAIRS[1])),
         {**labelme(shape(PAIRS[0]), shape(PAIRS[1])), "imageHeight": 20.0, "imageWidth": 30.0},
         labelme(shape(PAIRS[0]), shape([[10, 1], [13, 18]], "mask", mask=as_png(np.full((18, 4), 255, np.uint8)))),
@@ -147,12 +151,6 @@ def test_a_line_with_a_width_is_drawn(tmp_path):
     assert (labels[8:13, 3:28] == 1).all()
     assert not labels[[7, 13]].any()
     assert not labels[:, [2, 28]].any()
-    short = shape([[2, 10]], "linestrip", description="width_px=5.0")
-    with pytest.raises(SourceError, match="a linestrip must have two points or more"):
-        read_annotations(save(tmp_path / "a.json", labelme(short)))
-    point = shape([[2, 10], [2, 10]], "linestrip", description="width_px=5.0")
-    with pytest.raises(SourceError, match="a linestrip must have two points or more that differ"):
-        read_annotations(save(tmp_path / "a.json", labelme(point)))
 
 
 @pytest.mark.parametrize("width_px", [1.0, 2.99, 6.93, 11.07])
@@ -172,6 +170,25 @@ def test_a_line_that_ends_at_its_first_point_is_a_loop_without_ends(tmp_path):
     expected[6:14, 10:21] = 0
     expected[[3, 3, 16, 16], [7, 23, 7, 23]] = 1  # 1.41 px from the corners
     np.testing.assert_array_equal(read_annotations(save(tmp_path / "a.json", content)), expected)
+
+
+@pytest.mark.parametrize("parts", [[[5, 5, 6, 6]], [[5, 5]], [[]], [POST, [5, 5, 6, 6]]])
+def test_parts_below_three_corners_are_left_out_with_a_warning(tmp_path, caplog, parts):
+    path = save(tmp_path / "a.json", coco([[BAR], parts]))
+    whole = expected() if POST in parts else mask(0)
+    np.testing.assert_array_equal(read_annotations(path), whole)
+    assert f"{path}: left out a polygon of {len(parts[-1]) // 2} corners: three or more have an area" in caplog.text
+
+
+@pytest.mark.parametrize("points", [[[5, 5], [6, 6]], [[5, 5]], []])
+def test_shapes_of_labelme_without_an_area_are_left_out_with_a_warning(tmp_path, caplog, points):
+    path = save(tmp_path / "a.json", labelme(shape(PAIRS[0]), shape(points), shape(PAIRS[1])))
+    np.testing.assert_array_equal(read_annotations(path), np.array([0, 1, 3])[expected()])
+    assert f"{path}: left out a polygon of {len(points)} corners" in caplog.text
+    line = shape(points[:1] * 2, "linestrip", description="width_px=5.0")
+    path = save(tmp_path / "b.json", labelme(shape(PAIRS[0]), shape(PAIRS[1]), line))
+    np.testing.assert_array_equal(read_annotations(path), expected())
+    assert f"{path}: left out a linestrip: it has no two points that differ" in caplog.text
 
 
 def test_lines_and_boxes_have_no_area_and_are_left_out_with_a_warning(tmp_path, caplog):
@@ -221,11 +238,16 @@ def test_the_outlines_of_a_mask_fill_to_it(tmp_path_factory, pixels):
         ("a.json", {**labelme(), "imageHeight": -5}, r"size of the picture must be two positive integers"),
         ("a.json", {**labelme(), "imageHeight": 10**40}, r"size of the picture must be two positive integers"),
         ("a.json", [{"segmentation": {"size": [0, 5], "counts": []}}], r"size of the picture must be two positive"),
+        ("a.json", [{"bbox": [1, 2, 3, 4]}], r"\[0\] must have the key 'segmentation', or 'size' and 'counts'; a box"),
+        (
+            "a.json",
+            [{"image_id": number, "segmentation": encode(mask(number))} for number in (0, 1)],
+            "must hold the masks of one image, got a list with 2 different image_id; give COCO's file with 'images'",
+        ),
         ("a.json", coco([5]), "a segmentation must be run lengths or polygons, got 5"),
-        ("a.json", coco([[[1, 2, 3, 4]]]), "a polygon must have three corners or more"),
         ("a.json", coco([[[1, 2, 3, 4, 5]]]), "a polygon must be pairs of numbers"),
         ("a.json", coco([[["a", "b"] * 3]]), "a polygon must be pairs of numbers"),
-        ("a.json", coco([[[1e300, 0, 5, 5, 0, 5]]]), "a polygon must have three corners or more, in pixels"),
+        ("a.json", coco([[[1e300, 0, 5, 5, 0, 5]]]), "a polygon must be in pixels, -134217728 to 134217728"),
         ("a.json", coco([{"size": [20, 30], "counts": "~"}]), "compressed counts must be"),
         ("a.json", coco([{"size": [90000, 90000], "counts": [8100000000]}]), r"must have the size \(20, 30\)"),
         ("a.json", [{"segmentation": {"size": [90000, 90000], "counts": [8100000000]}}], "at most 134217728 pixels"),
@@ -312,6 +334,32 @@ class TestCocoFile:
         assert found is not None
         assert "left out 3 of 5 annotations, which have no segmentation" in caplog.text
         np.testing.assert_array_equal(found.read(Path("a.png"), SIZE), np.array([0, 1, 3])[expected()])
+
+    @pytest.mark.parametrize(("of_image", "of_annotation"), [(1, "1"), ("1", 1), ("1", "1"), (1.0, 1), ("a", "a")])
+    def test_an_id_may_be_a_number_or_its_text(self, tmp_path, caplog, of_image, of_annotation):
+        content = {
+            "images": [{"id": of_image, "file_name": "a.png"}, {"id": 2, "file_name": "b.png"}],
+            "annotations": [{"image_id": of_annotation, "segmentation": [BAR]}],
+        }
+        found = read_coco(save(tmp_path / "coco.json", content))
+        assert found is not None
+        np.testing.assert_array_equal(found.read(Path("a.png"), SIZE), mask(0))
+        assert not found.read(Path("b.png"), SIZE).any()
+        assert caplog.messages == []
+
+    def test_annotations_of_no_image_are_left_out_with_a_warning(self, tmp_path, caplog):
+        content = coco([[BAR], [POST], [POST]])
+        content["annotations"][1]["image_id"] = 6
+        content["annotations"][2]["image_id"] = "05"
+        path = save(tmp_path / "coco.json", content)
+        found = read_coco(path)
+        assert found is not None
+        message = f"{path}: left out 2 of 3 annotations, whose image_id is the id of no image"
+        assert caplog.messages == [message]
+        np.testing.assert_array_equal(found.read(Path("a.png"), SIZE), mask(0))
+        np.testing.assert_array_equal(found.read(None, SIZE), mask(0))
+        np.testing.assert_array_equal(read_annotations(path), mask(0))
+        assert caplog.messages == [message] * 2
 
     def test_another_format_is_none(self, tmp_path):
         assert read_coco(save(tmp_path / "a.json", labelme(shape(PAIRS[0])))) is None

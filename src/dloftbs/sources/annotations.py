@@ -31,10 +31,17 @@ ANNOTATION_SUFFIXES = (".json", ".txt")
 """Of files that hold the masks of a frame as polygons or run lengths."""
 _WIDTH = re.compile(r"width_px=(\d{1,4}(?:\.\d{1,6})?)")
 """Description of a line that is as wide as an object."""
+_WHOLE = re.compile(r"0|[1-9][0-9]{0,17}")
+"""Text of a whole number of 64 bits."""
 _THINNEST_PX = 1.0
 """Width of the thinnest line that is drawn, px.
 
 Source: geometry; thinner ones lie between the centres of pixels, and are broken.
+"""
+_CORNERS = 3
+"""Corners of the smallest polygon with an area.
+
+Source: geometry.
 """
 _BOX_VALUES = 4
 """Values of a box: the two of its centre, width, height.
@@ -55,8 +62,16 @@ class _Image(msgspec.Struct):
 
 
 class _Annotation(msgspec.Struct):
+    """Annotation of COCO or SAM, or bare run lengths, which are its segmentation."""
+
     image_id: int | float | str | None = None
     segmentation: Any = None
+    size: Any = None
+    counts: Any = None
+
+    def __post_init__(self) -> None:
+        if self.segmentation is None and self.counts is not None:
+            self.segmentation = {"size": self.size, "counts": self.counts}
 
 
 class _Shape(msgspec.Struct):
@@ -139,13 +154,19 @@ class CocoFile:
         for image in images:
             self._images.setdefault(_base_name(image.file_name), []).append(image)
         self._annotations: dict[int | float | str | None, list[_Annotation]] = {}
+        known = {_key(image.id) for image in images}
         boxes = sum(not annotation.segmentation for annotation in annotations)
         if boxes:
             logger.warning(
                 "%s: left out %d of %d annotations, which have no segmentation", path, boxes, len(annotations)
             )
         for annotation in annotations:
-            self._annotations.setdefault(annotation.image_id, []).append(annotation)
+            self._annotations.setdefault(_key(annotation.image_id), []).append(annotation)
+        lost = sum(len(some) for key, some in self._annotations.items() if key not in known)
+        if lost:
+            logger.warning(
+                "%s: left out %d of %d annotations, whose image_id is the id of no image", path, lost, len(annotations)
+            )
 
     def check_names(self, paths: Sequence[Path]) -> None:
         """Refuse a file in which no image is named as a frame.
@@ -159,16 +180,39 @@ class CocoFile:
             has = f"such as {next(iter(self._images))!r}" if self._images else "none at all"
             raise SourceError(f"{self._path}: no file_name is that of a frame, such as {paths[0].name!r}; it has {has}")
 
-    def read(self, frame: Path, size: Size | None) -> Labels:
+    def read(self, frame: Path | None, size: Size | None) -> Labels:
         """Return the label image (H, W) of the frame in a file, by its name; of several of one name, by its folders.
 
-        Where the folders of several are those of the frame, it is the image with most of them.
+        Where the folders of several are those of the frame, it is the image with most of them. Without a file, it is
+        the only image.
 
         Raises
         ------
         SourceError
             If it is not among the images, or more than once, or an annotation is wrong.
         """
+        image = self._only_image() if frame is None else self._image_of(frame)
+        try:
+            return self.labels_of(image, size)
+        except InputError as error:
+            name = "" if frame is None else f"{frame.name}: "
+            raise SourceError(f"{self._path}: {name}{error}") from error
+
+    def labels_of(self, image: _Image, size: Size | None) -> Labels:
+        """Return the label image (H, W) of one of the images.
+
+        Raises
+        ------
+        InputError
+            If an annotation is wrong.
+        """
+        return _of_annotations(self._annotations.get(_key(image.id), []), size, image.size, self._path)
+
+    def _only_image(self) -> _Image:
+        ((image,),) = self._images.values()
+        return image
+
+    def _image_of(self, frame: Path) -> _Image:
         images = self._images.get(frame.name, [])
         if len(images) > 1:
             fitting = [image for image in images if _ends_with(frame, image.file_name)]
@@ -177,11 +221,12 @@ class CocoFile:
         if len(images) != 1:
             count = f"{len(images)} images that are" if images else "no image that is"
             raise SourceError(f"{self._path}: has {count} named {frame.name!r}")
-        (image,) = images
-        try:
-            return _of_annotations(self._annotations.get(image.id, []), size, image.size)
-        except InputError as error:
-            raise SourceError(f"{self._path}: {frame.name}: {error}") from error
+        return images[0]
+
+
+def _key(number: float | str | None) -> int | float | str | None:
+    """Return an id as a number where it is the text of a whole one, as tools write it in one place of two."""
+    return int(number) if isinstance(number, str) and _WHOLE.fullmatch(number) else number
 
 
 def _parse(data: bytes) -> Any:
@@ -190,14 +235,39 @@ def _parse(data: bytes) -> Any:
 
 def _of_json(document: _Document | list[_Annotation], size: Size | None, path: Path) -> Labels:
     if isinstance(document, list):
-        return _of_annotations(document, size, None)
+        _check_listed(document)
+        return _of_annotations(document, size, None, path)
     if document.shapes is not None:
         known = _one_size(size, _size(document.height, document.width))
         return paint(_of_shapes(document.shapes, known, path), known)
     images = [document.image] if document.image is not None else document.images or []
     if document.annotations is None or len(images) != 1:
         raise InputError("must be JSON of labelme ('shapes'), of SAM, or of COCO with one image ('annotations')")
-    return _of_annotations(document.annotations, size, images[0].size)
+    (image,) = images
+    if image.id is None:
+        return _of_annotations(document.annotations, size, image.size, path)
+    return CocoFile(path, images, document.annotations).labels_of(image, size)
+
+
+def _check_listed(annotations: Sequence[_Annotation]) -> None:
+    """Refuse a list that holds something else than the masks of one image.
+
+    Raises
+    ------
+    InputError
+        If one has no mask, or they belong to several images.
+    """
+    boxes = [number for number, one in enumerate(annotations) if one.segmentation is None]
+    if boxes:
+        raise InputError(
+            f"[{boxes[0]}] must have the key 'segmentation', or 'size' and 'counts'; a box alone is no mask"
+        )
+    images = {_key(one.image_id) for one in annotations}
+    if len(images) > 1:
+        raise InputError(
+            f"must hold the masks of one image, got a list with {len(images)} different image_id; give COCO's file "
+            "with 'images' and these as its 'annotations', or a list in a file for each frame"
+        )
 
 
 def _size(height: float | None, width: float | None) -> Size | None:
@@ -218,11 +288,11 @@ def _one_size(size: Size | None, own: Size | None) -> Size:
     return found
 
 
-def _of_annotations(annotations: Sequence[_Annotation], size: Size | None, own: Size | None) -> Labels:
+def _of_annotations(annotations: Sequence[_Annotation], size: Size | None, own: Size | None, path: Path) -> Labels:
     if size is None and own is None:
         own = next((_size_of(one.segmentation) for one in annotations), None)
     known = _one_size(size, own)
-    return paint((_of_segmentation(one.segmentation, known) for one in annotations), known)
+    return paint((_of_segmentation(one.segmentation, known, path) for one in annotations), known)
 
 
 def _size_of(segmentation: Any) -> Size | None:
@@ -233,7 +303,7 @@ def _size_of(segmentation: Any) -> Size | None:
     return None
 
 
-def _of_segmentation(segmentation: Any, size: Size) -> AnyArray:
+def _of_segmentation(segmentation: Any, size: Size, path: Path) -> AnyArray:
     """Return the mask (H, W) of run lengths, or of polygons, which are the parts of one object."""
     if isinstance(segmentation, dict):
         return as_labels([{"segmentation": segmentation}], size)
@@ -243,7 +313,7 @@ def _of_segmentation(segmentation: Any, size: Size) -> AnyArray:
     polygons = segmentation if not segmentation or isinstance(segmentation[0], list) else [segmentation]
     canvas = np.zeros(size, np.uint8)
     for polygon in polygons:
-        _fill(canvas, polygon)
+        _fill(canvas, polygon, path)
     return canvas
 
 
@@ -263,29 +333,33 @@ def _of_shapes(shapes: Sequence[_Shape], size: Size, path: Path) -> Iterator[Any
         for shape in group:
             width = _width_of(shape)
             if width is not None:
-                _draw(canvas, shape.points, width)
+                _draw(canvas, shape.points, width, path)
             elif shape.shape_type == "mask":
                 _paste(canvas, shape)
             else:
-                _fill(canvas, shape.points)
+                _fill(canvas, shape.points, path)
         yield canvas
 
 
-def _fill(canvas: AnyArray, polygon: Any) -> None:
-    """Set the pixels of a polygon, [x, y, x, y, ...] or [[x, y], ...]."""
-    points = _points_of("a polygon", polygon, 3)
+def _fill(canvas: AnyArray, polygon: Any, path: Path) -> None:
+    """Set the pixels of a polygon, [x, y, x, y, ...] or [[x, y], ...]; one below three corners has a warning alone."""
+    points = _points_of("a polygon", polygon)
+    if len(points) < _CORNERS:
+        logger.warning("%s: left out a polygon of %d corners: three or more have an area", path, len(points))
+        return
     import cv2
 
     cv2.fillPoly(canvas, [np.rint(points).astype(np.int32)], 1)
 
 
-def _draw(canvas: AnyArray, line: Any, width: float) -> None:
+def _draw(canvas: AnyArray, line: Any, width: float, path: Path) -> None:
     """Set the pixels whose centre lies within half a width, px, of a line [[x, y], ...]; its ends are flat."""
-    points = _points_of("a linestrip", line, 2)
+    points = _points_of("a linestrip", line)
     steps = np.hypot(*np.diff(points, axis=0).T)
     moves = steps > 0.0
     if not moves.any():
-        raise InputError(f"a linestrip must have two points or more that differ, got {shown(line)}")
+        logger.warning("%s: left out a linestrip: it has no two points that differ", path)
+        return
     points = points[np.append(True, moves)]
     places = np.append(0.0, np.cumsum(steps[moves])) / steps.sum()
     is_loop = np.array_equal(points[0], points[-1])
@@ -294,14 +368,13 @@ def _draw(canvas: AnyArray, line: Any, width: float) -> None:
     canvas |= curve_mask(curve, max(width, _THINNEST_PX), size)
 
 
-def _points_of(what: str, given: Any, least: int) -> AnyArray:
+def _points_of(what: str, given: Any) -> AnyArray:
     try:
         points = np.array(given, np.float64).reshape(-1, 2)
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{what} must be pairs of numbers, got {shown(given)}") from error
-    if len(points) < least or not (np.abs(points) <= MAX_PIXELS).all():
-        number = {2: "two points", 3: "three corners"}[least]
-        raise InputError(f"{what} must have {number} or more, in pixels, got {shown(given)}")
+    if not (np.abs(points) <= MAX_PIXELS).all():
+        raise InputError(f"{what} must be in pixels, {-MAX_PIXELS} to {MAX_PIXELS}, got {shown(given)}")
     return points
 
 
@@ -352,7 +425,7 @@ def _of_lines(rows: Sequence[Sequence[float]], size: Size, path: Path) -> Iterat
                 f"line {number} must have coordinates in 0..1, shares of the picture's size, got {max(outline):g}"
             )
         canvas = np.zeros(size, np.uint8)
-        _fill(canvas, corners)
+        _fill(canvas, corners, path)
         yield canvas
 
 

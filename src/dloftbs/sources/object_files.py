@@ -59,8 +59,10 @@ def object_reads(where: str, beside: Sequence[Path] | None) -> list[Read]:
     path = Path(os.path.expanduser(where))
     check_place(path, f"instances: there is no file {where!r}, and it is no naming rule with {STEM}")
     coco = read_coco(path) if path.suffix.lower() == ".json" else None
-    if coco is None or (beside is None and coco.count == 1):
+    if coco is None:
         return [partial(read_objects, path)]
+    if beside is None and coco.count == 1:
+        return [partial(coco.read, None)]
     if beside is None:
         raise InputError(f"{where!r} knows frames by their names, and needs them in files of their own")
     coco.check_names(beside)
