@@ -53,6 +53,22 @@ def test_in_place_of_a_colour(folder, tmp_path):
     assert [one["index"] for one in results(tmp_path / "b.jsonl")] == [0, 2]
 
 
+def test_as_masks_two_parts_of_a_cable_that_touch_are_one_cable(tmp_path):
+    whole = mask()
+    left, right = whole.copy(), whole.copy()
+    left[:, 100:] = right[:, :100] = 0
+    save(tmp_path / "photo.jpg", photo())
+    for name, pixels in (("mask_0", left), ("mask_1", right), ("whole", whole)):
+        save(tmp_path / f"photo_{name}.png", pixels)
+    found = []
+    for masks in (RULE, "{stem}_whole.png"):
+        run("detect", tmp_path / "photo.jpg", "--masks", masks, "--out", tmp_path / "a.jsonl")
+        (result,) = results(tmp_path / "a.jsonl")
+        found.append([one["confidence"] for one in result["detections"]])
+    assert found[0] == found[1]
+    assert len(found[0]) == 1
+
+
 def test_files_that_a_shell_lists_need_the_folder(folder, tmp_path):
     result = run("track", *sorted(folder.glob("*.png")), "--instances", RULE, code=1)
     assert "where there are no pictures, name the folder" in result.stderr

@@ -126,7 +126,8 @@ def test_they_are_masks_as_their_union(tmp_path, form):
     for what in ("masks", "occluders"):
         for t, frame in enumerate(read(tmp_path, **{what: rule})):
             array = frame.mask if what == "masks" else frame.occluders
-            np.testing.assert_array_equal(array != 0, labels(t) > 0)
+            assert array.dtype == np.bool_  # numbers would be read as labels
+            np.testing.assert_array_equal(array, labels(t) > 0)
             assert frame.instances is None
 
 

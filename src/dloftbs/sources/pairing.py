@@ -19,7 +19,7 @@ from dloftbs.sources.animations import open_animation
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, partner_of
 from dloftbs.sources.npz_members import NpzMember, read_whole
-from dloftbs.sources.object_files import holds_objects, object_reads
+from dloftbs.sources.object_files import Read, holds_objects, object_reads
 from dloftbs.sources.partner_stream import StreamPartner
 from dloftbs.sources.pixel_values import read_depth, read_labels, read_mask
 from dloftbs.sources.pixels import load_npy
@@ -258,7 +258,8 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
         If there is nothing there, or it cannot be read.
     """
     if what != "depth" and (holds_objects(where) or (what == "instances" and is_rule(where))):
-        return _Files(what, object_reads(where, beside))
+        reads = object_reads(where, beside)
+        return _Files(what, reads if what == "instances" else [partial(_union, read) for read in reads])
     if is_pattern(where):
         raise InputError(f"{what}: the rule {where!r} must name one file for a frame, without * ? [")
     if is_rule(where):
@@ -303,6 +304,11 @@ def _files(what: What, paths: Sequence[Path]) -> _Files:
 def _of_any_size(read: Callable[[], AnyArray], _size: Size) -> AnyArray:
     """Return what a file holds that says its size."""
     return read()
+
+
+def _union(read: Read, size: Size) -> AnyArray:
+    """Return the mask (H, W) of all objects together."""
+    return read(size) != 0
 
 
 def read_partner(what: What, path: Path) -> AnyArray:
