@@ -149,6 +149,36 @@ def test_without_pictures_the_stems_are_the_frames(tmp_path, log, form):
     assert log.messages == []
 
 
+@pytest.mark.parametrize("form", ["objects", "labels", "labelme"])
+def test_without_pictures_numbers_without_a_file_are_told(tmp_path, log, form):
+    rule = write(tmp_path, form, 12)
+    for path in [path for number in (3, 7, 8) for path in tmp_path.glob(f"f{number}[._]*")]:
+        path.unlink()
+    assert len(read(tmp_path, instances=rule)) == 9
+    (told,) = log.messages
+    assert f"{tmp_path}: 3 numbers have no file, such as between f2 and f4; the frames behind them move up" in told
+    assert "save a mask of zeros for each" in told
+
+
+@pytest.mark.parametrize(
+    "stems",
+    [
+        ["a", "b"],
+        ["f7"],
+        ["f0", "f10", "f20"],  # every tenth
+        ["f1", "f001", "f2"],
+        ["run1_0", "run1_1", "run2_6", "run2_7", "photo"],
+        ["1612345678123", "1612345678156", "1612345678190", "1612345678256"],  # times
+        ["9" * 40, "1" * 40],
+    ],
+)
+def test_other_names_have_no_gaps(tmp_path, log, stems):
+    for stem in stems:
+        save(tmp_path / f"{stem}_mask_0.png", rope(0))
+    assert len(read(tmp_path, instances="{stem}_mask_*.png")) == len(stems)
+    assert log.messages == []
+
+
 def test_pictures_of_depth_alone_are_no_pictures_of_frames(tmp_path):
     rule = write(tmp_path, "objects")
     for t in range(3):

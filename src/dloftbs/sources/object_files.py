@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 from dloftbs.camera import PinholeCamera
@@ -17,10 +19,14 @@ from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, is_union, pa
 from dloftbs.sources.picture_stream import PictureStream
 from dloftbs.sources.pixel_values import read_labels, read_mask
 from dloftbs.sources.pixels import Picture, load_npy
+from dloftbs.sources.source import logger
 from dloftbs.support.arrays import AnyArray
 
 Read = Callable[[Size | None], Labels]
 """Reader of the label image of a frame, whose size is given where it is known."""
+
+_NUMBER = re.compile(r"(?P<name>.*?)(?P<number>[0-9]{1,18})")
+"""Stem of a numbered frame."""
 
 
 def holds_objects(where: str) -> bool:
@@ -186,4 +192,32 @@ def group_by_frame(where: str, rule: str, rules: Sequence[str]) -> dict[str, lis
             groups.setdefault(stem, []).append(path)
         elif path.suffix.lower() in IMAGE_EXTENSIONS and all(stem_under(path, one) is None for one in rules):
             return None
+    _warn_of_gaps(where, list(groups))
     return groups or None
+
+
+def _warn_of_gaps(where: str, stems: Sequence[str]) -> None:
+    """Report stems whose numbers leave some out: frames in which nothing was found may have no file.
+
+    All steps from number to number are then multiples of the smallest, which times as names are not.
+    """
+    numbers: dict[str, list[tuple[int, str]]] = {}
+    for stem in stems:
+        found = _NUMBER.fullmatch(stem)
+        if found is not None:
+            numbers.setdefault(found["name"], []).append((int(found["number"]), stem))
+    for named in numbers.values():
+        named.sort()
+        steps = [after - before for (before, _), (after, _) in pairwise(named)]
+        least = min(steps, default=0)
+        if least < 1 or max(steps) == least or any(step % least for step in steps):
+            continue
+        at = next(place for place, step in enumerate(steps) if step > least)
+        logger.warning(
+            "%s: %d numbers have no file, such as between %s and %s; the frames behind them move up, in their indices "
+            "and stamps. If these are frames without an object, save a mask of zeros for each",
+            where,
+            (named[-1][0] - named[0][0]) // least + 1 - len(named),
+            named[at][1],
+            named[at + 1][1],
+        )
