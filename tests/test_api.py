@@ -475,6 +475,13 @@ class TestInstances:
     def test_no_object_in_an_image_is_an_empty_result(self) -> None:
         assert dloftbs.detect(image_of(self.MASKS[0]), instances=[]).reason == "the mask is empty"
 
+    def test_labels_that_a_mask_holds_stay_the_mask(self) -> None:
+        labels = np.select(self.MASKS, [1, 2]).astype(np.uint8)
+        for mask_is in ("auto", "labels"):
+            result = dloftbs.detect(labels, mask_is=mask_is)
+            assert result.frame.instances is None
+            np.testing.assert_array_equal(result.frame.mask, labels)
+
     def test_a_region_cuts_them(self) -> None:
         (found,) = dloftbs.detect(instances=list(self.SAM), roi=(0, 80, 200, 40))
         assert found.curve(0.5)[1] == pytest.approx(100.0, abs=1.0)
