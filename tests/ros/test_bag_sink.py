@@ -21,6 +21,7 @@ from sinks import sink_examples as examples
 
 import dloftbs
 from dloftbs import InputError, SinkError, sinks, sources
+from dloftbs.data.answers import BendLimit
 from dloftbs.ros import BagSink, Recording, RosFrame
 from dloftbs.ros.bag_metadata import QOS
 from dloftbs.ros.message_types import MessageTypes
@@ -130,6 +131,23 @@ def test_a_process_that_is_killed_leaves_every_frame_that_it_wrote(tmp_path):
         count = int([str(count), *process.stdout.read().split()][-1])
     messages = list(Recording(tmp_path / "curves.mcap").messages({"/dloftbs/diagnostics"}))
     assert len(messages) >= count >= 20
+
+
+def test_diagnostics_warn_of_bends_below_a_limit(tmp_path, tracked):
+    for radius, level in ((1e6, 1), (1e-6, 0)):
+        path = write(tmp_path / "curves.mcap", tracked[-1:], bend_limit=BendLimit(radius, in_pixels=True))
+        ((_, message),) = read_all(path)["diagnostics"]
+        assert message.status[0].level == level
+        assert ("bends" in message.status[0].message) == (level == 1)
+    with pytest.raises(InputError, match="bend_limit must be a BendLimit"):
+        BagSink(tmp_path / "other.mcap", bend_limit=40)
+
+
+def test_a_recording_of_the_command_has_its_limit_of_bends(tmp_path):
+    bags.write_mcap(tmp_path / "run.mcap", bags.entries(COUNT))
+    path = tmp_path / "curves.mcap"
+    run("track", tmp_path / "run.mcap", "--hsv", "170:10", "--min-bend-radius", "1000000px", "--out", path)
+    assert [message.status[0].level for _, message in read_all(path)["diagnostics"]] == [1] * COUNT
 
 
 def test_a_disk_that_is_full_costs_the_frame_at_hand(tmp_path, tracked, monkeypatch):

@@ -88,7 +88,7 @@ def answer_options(command: Command) -> Command:
         metavar="METRES|Npx",
         callback=_parse_limit,
         help="Warn where a cable bends more tightly: in metres (needs depth), or in pixels such as 40px. "
-        "Overlays show the place; a .csv has the radii.",
+        "Overlays show the place; a .csv has the radii, and a ROS recording the warnings.",
     )
     @functools.wraps(command)
     def with_answers(*args: Any, answer_kinds: tuple[str, ...], bend_limit: BendLimit | None, **kwargs: Any) -> None:

@@ -109,7 +109,7 @@ def _open_data(path: str, with_input: bool, pose: FloatArray | None, answers: An
         return sinks.open(path, pose=pose) if kind in (sinks.UsdSink, sinks.MujocoSink) else sinks.open(path)
     from dloftbs.ros import BagSink
 
-    return BagSink(path, with_input=with_input)
+    return BagSink(path, with_input=with_input, bend_limit=answers.limit)
 
 
 def open_pictures(path: str, ending: str, **options: Any) -> Sink:

@@ -6,6 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from dloftbs.data.answers import BendLimit
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SinkError
@@ -32,7 +33,7 @@ from dloftbs.sinks._images import encode
 from dloftbs.sinks.sink import PathSink
 from dloftbs.sources.recordings import METADATA
 from dloftbs.support.safe_files import AppendFile, sink_errors, write_whole
-from dloftbs.support.values import check_flag, check_text
+from dloftbs.support.values import check_flag, check_text, check_type
 
 SUFFIX = ".mcap"
 
@@ -62,6 +63,8 @@ class BagSink(PathSink):
         Whether images, depth and camera, or the messages of the frames' recording, are written, too.
     frame_id : str
         Name of the coordinate frame where the input has none.
+    bend_limit : BendLimit, optional
+        Least radius of bends; ``diagnostics`` warn of tighter ones.
 
     Raises
     ------
@@ -72,11 +75,20 @@ class BagSink(PathSink):
     """
 
     def __init__(
-        self, path: str | Path, *, overlay: bool = True, with_input: bool = False, frame_id: str = "camera"
+        self,
+        path: str | Path,
+        *,
+        overlay: bool = True,
+        with_input: bool = False,
+        frame_id: str = "camera",
+        bend_limit: BendLimit | None = None,
     ) -> None:
         super().__init__(path)
         self._overlay, self._with_input = check_flag("overlay", overlay), check_flag("with_input", with_input)
         self._frame_id = check_text("frame_id", frame_id)
+        if bend_limit is not None:
+            check_type("bend_limit", bend_limit, BendLimit)
+        self._bend_limit = bend_limit
         self._types = MessageTypes(error=SinkError)
         self._make = RosbagsFactory(self._types.store)
         self._markers = MarkerWriter(self._make)
@@ -104,7 +116,7 @@ class BagSink(PathSink):
             "points": points_message(make, metres, in_space, 3),
             "markers": self._markers.message(metres, in_space, result.branch_points),
             "points_px": points_message(make, pixels, [sample_px(track) for track in objects_of(result)], 2),
-            "diagnostics": diagnostics_message(make, metres, result),
+            "diagnostics": diagnostics_message(make, metres, result, limit=self._bend_limit),
         }
         if frame.mask is not None:
             messages["mask"] = mask_message(make, metres, frame.mask)
