@@ -36,7 +36,25 @@ def test_a_limit_in_metres_needs_depth(tmp_path):
     source = save(tmp_path / "a.png", bent())
     said = run("detect", source, "--kind", "mask", "--min-bend-radius", "0.03", code=1)
     assert "give depth and a camera, or a radius in pixels" in said.stderr
+    assert len(json.loads(said.stdout)["detections"]) == 1
     assert "expected a radius in metres" in run("detect", source, "--min-bend-radius", "x", code=2).stderr
+
+
+@pytest.mark.parametrize("command", ["detect", "track"])
+def test_a_limit_in_metres_names_frames_without_curves_in_space_and_goes_on(tmp_path, command):
+    (tmp_path / "camera.json").write_text('{"fx": 400, "fy": 400, "cx": 199.5, "cy": 99.5}')
+    masks, depth = tmp_path / "masks", tmp_path / "depth"
+    for number, unit in enumerate((0, 0, 1)):
+        save(masks / f"{number}.png", bent())
+        save(depth / f"{number}.png", unit * np.where(bent() > 0, 800, 900).astype(np.uint16))
+    options = "--kind", "mask", "--depth", depth, "--min-bend-radius", "10"
+    said = run(command, masks, *options, "--camera", tmp_path / "camera.json")
+    assert said.stderr.count("cannot be compared with 10000 mm") == 1
+    assert "below 10000 mm" in said.stderr
+    said = run(command, masks, *options, code=1)
+    assert said.stderr.count("warning: frame 0: the bend of") == 1
+    assert "no bend could be compared with the least radius 10000 mm, which is in metres" in said.stderr
+    assert len(said.stdout.splitlines()) == 3
 
 
 def test_answers_are_keys_of_the_lines(tmp_path):

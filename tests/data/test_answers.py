@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -116,11 +117,34 @@ def test_a_limit_names_the_object_that_bends_more():
     assert not list(BendLimit.parse("80px").violations(result))
     assert BendLimit.parse("95px").is_tighter(result[0], [0.5]) == [True]
     assert BendLimit.parse("0.03").is_tighter(result[0], [0.5]) == [False]
-    with pytest.raises(InputError, match="the least radius 30 mm is in metres, and the frame has no depth"):
-        list(BendLimit.parse("0.03").violations(result))
+    assert BendLimit.parse("95px").unknown(result) == {}
     for text in ("wide", "-1", "nan", "0px"):
         with pytest.raises(InputError, match="expected a radius in metres"):
             BendLimit.parse(text)
+
+
+def test_bends_without_a_curve_in_space_are_unknown_in_metres():
+    mask = np.zeros((200, 400), np.uint8)
+    cv2.ellipse(mask, (200, 150), (90, 90), 0, 180, 360, 255, 9)
+    camera = dloftbs.PinholeCamera(400.0, 400.0, 199.5, 99.5)
+    depth = np.where(mask > 0, 0.8, 0.9).astype(np.float32)
+    limit = BendLimit.parse("10")
+    for given, why in (
+        ({}, "the frame has no depth"),
+        ({"depth": depth}, "no camera"),
+        ({"depth": np.zeros_like(depth), "camera": camera}, "depth"),
+    ):
+        result = dloftbs.detect(mask, **given)
+        assert list(limit.violations(result)) == []
+        ((name, reason),) = limit.unknown(result).items()
+        assert name == "detection 0"
+        assert why in reason
+    seen = dloftbs.detect(mask, depth=depth, camera=camera)
+    assert limit.unknown(seen) == {}
+    assert len(list(limit.violations(seen))) == 1
+    hidden = Track(1, TrackState.HIDDEN, seen[0].curve, None, 3, 1, None)
+    (reason,) = limit.unknown(replace(seen, detections=(), crossings=(), tracks=(hidden,))).values()
+    assert "does not show it" in reason
 
 
 def test_short_waves_of_a_thick_object_are_noise():

@@ -210,7 +210,7 @@ def test_diagnostics_warn_of_tight_bends():
     mask[28:33, 10:110] = True
     (status,) = sent(diagnostics_message(bags.MAKE2, header(), dloftbs.detect(mask), limit=BendLimit(0.03))).status
     assert status.level == 1
-    assert "the frame has no depth" in status.message
+    assert "bends cannot be compared with 30 mm: the frame has no depth" in status.message
 
 
 def test_answers_are_a_line_of_json():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ import click
 
 from dloftbs.cli.config_options import Command
 from dloftbs.cli.output_options import STANDARD_OUTPUT
+from dloftbs.cli.reasons import Reasons
 from dloftbs.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,12 +26,14 @@ logger = logging.getLogger("dloftbs.cli")
 _LINES = (".jsonl", ".ndjson")
 
 
-@dataclass(frozen=True)
+@dataclass
 class Answers:
     """Answers that a command was asked for: names, and the least radius of bends."""
 
     kinds: tuple[str, ...] = ()
     limit: BendLimit | None = None
+    _unknown: Reasons = field(default_factory=Reasons, init=False)
+    _compared: int = field(default=0, init=False)
 
     def check(self, outs: Sequence[str]) -> None:
         """Raise a usage error if nothing is written that could hold the answers."""
@@ -38,16 +41,31 @@ class Answers:
             raise click.UsageError("--with goes with JSON lines: --out NAME.jsonl or --out -")
 
     def warn(self, result: FrameResult) -> None:
-        """Warn of each object of a frame that bends more than it may.
+        """Warn of each object of a frame that bends more than it may, and once for each reason why that is unknown."""
+        if self.limit is None:
+            return
+        for line in self.limit.violations(result):
+            logger.warning("frame %d: %s", result.index, line)
+        unknown = self.limit.unknown(result)
+        self._compared += len(result.tracks or result.detections) - len(unknown)
+        for name, reason in unknown.items():
+            if self._unknown.add(reason):
+                text = "frame %d: the bend of %s cannot be compared with %s: %s; later frames like this are not named"
+                logger.warning(text, result.index, name, self.limit, reason)
+
+    def check_compared(self) -> None:
+        """Refuse a run in which objects were found, but no bend could be compared with the limit.
 
         Raises
         ------
         InputError
-            If that cannot be known, since there is no depth.
+            If that is so.
         """
-        if self.limit is not None:
-            for line in self.limit.violations(result):
-                logger.warning("frame %d: %s", result.index, line)
+        if self._unknown.total and not self._compared:
+            raise InputError(
+                f"no bend could be compared with the least radius {self.limit}, which is in metres: "
+                f"{next(iter(self._unknown.counts()))}; give depth and a camera, or a radius in pixels, such as 40px"
+            )
 
     @property
     def draw(self) -> Callable[[Frame, FrameResult], Picture] | None:

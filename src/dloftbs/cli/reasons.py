@@ -20,18 +20,20 @@ class Reasons:
         self._times: Counter[tuple[str, ...]] = Counter()  # by the texts between the numbers
         self._ranges: dict[tuple[str, ...], list[tuple[str, str]]] = {}
 
-    def add(self, reason: str) -> None:
-        """Count a reason."""
+    def add(self, reason: str) -> bool:
+        """Count a reason, and return whether it is the first of its kind."""
         numbers = _NUMBER.findall(reason)
         kind = tuple(_NUMBER.split(reason))
         if kind not in self._times and len(self._times) >= _MAX_KINDS:
             numbers, kind = [], (_OTHER,)
+        is_first = kind not in self._times
         self._times[kind] += 1
         known = self._ranges.setdefault(kind, [(number, number) for number in numbers])
         self._ranges[kind] = [
             (min(low, number, key=float), max(high, number, key=float))
             for (low, high), number in zip(known, numbers, strict=True)
         ]
+        return is_first
 
     @property
     def total(self) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs.data.detection import NO_DEPTH, Detection
+from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import Track
 from dloftbs.errors import InputError
@@ -136,23 +136,23 @@ class BendLimit:
     def violations(self, result: FrameResult) -> Iterator[str]:
         """Yield a line for each object that bends more, the tracks of a result or else its detections.
 
-        Raises
-        ------
-        InputError
-            If the limit is in metres, and objects have no curves in space because their frame has no depth.
+        Objects of `unknown` give none.
         """
         for name, one in objects_of(result):
             if not self.in_pixels and one.curve_3d is None:
-                if any(found.no_3d_reason == NO_DEPTH for found in result.detections):
-                    raise InputError(
-                        f"the least radius {self} is in metres, and the frame has no depth: give depth and a camera, "
-                        "or a radius in pixels, such as 40px"
-                    )
                 continue
             u, radius = one.tightest_bend() if self.in_pixels else one.tightest_bend_3d()
             if radius < self.radius:
                 found = f"{radius:.3g} px" if self.in_pixels else f"{1e3 * radius:.3g} mm"
                 yield f"{name} bends to {found} at u = {u:.2f}, below {self}"
+
+    def unknown(self, result: FrameResult) -> dict[str, str]:
+        """Return why bends cannot be compared with the limit, by the names of the objects: no curve in space."""
+        return {
+            name: _why_not_in_space(one)
+            for name, one in objects_of(result)
+            if not self.in_pixels and one.curve_3d is None
+        }
 
     def is_tighter(self, one: Detection | Track, u: Sequence[float]) -> list[bool]:
         """Return whether an object bends more at places ``u`` of its curve in the image; nowhere if it is not known."""
@@ -170,3 +170,10 @@ def objects_of(result: FrameResult) -> list[tuple[str, Detection | Track]]:
     if result.tracks:
         return [(f"track {track.id}", track) for track in result.tracks]
     return [(f"detection {number}", one) for number, one in enumerate(result.detections)]
+
+
+def _why_not_in_space(one: Detection | Track) -> str:
+    seen = one if isinstance(one, Detection) else one.detection
+    if seen is None:
+        return "the frame does not show it, and it was not seen in space before"
+    return seen.no_3d_reason or "nobody said why it has no curve in space"

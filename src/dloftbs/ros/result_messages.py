@@ -272,7 +272,7 @@ def diagnostics_message(
     result : FrameResult
     name : str
     limit : BendLimit, optional
-        Least radius of bends; in metres, a frame without depth is a warning, too.
+        Least radius of bends; in metres, an object without a curve in space is a warning, too.
 
     Raises
     ------
@@ -289,10 +289,10 @@ def diagnostics_message(
         **{f"{stage} ms": f"{ms:.3f}" for stage, ms in result.stage_ms.items()},
         "pipeline ms": f"{result.total_ms:.3f}",
     }
-    try:
-        bends = [] if limit is None else list(limit.violations(result))
-    except InputError as error:  # frames without depth are answered all the same
-        bends = [str(error)]
+    bends = []
+    if limit is not None:
+        reasons = dict.fromkeys(limit.unknown(result).values())
+        bends = [*limit.violations(result), *(f"bends cannot be compared with {limit}: {why}" for why in reasons)]
     found = readable(result.reason) if result.reason else f"{len(result.tracks)} tracks"
     status = make(
         "diagnostic_msgs/msg/DiagnosticStatus",

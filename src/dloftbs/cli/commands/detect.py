@@ -119,6 +119,7 @@ def detect(
     elif report.frames:
         for line in report.outcome(printed="-" in outputs.data):
             click.echo(line, err=True)
+    answers.check_compared()
     if batch.failures:
         context.exit(BAD_INPUT)
 

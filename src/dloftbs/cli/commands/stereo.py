@@ -161,5 +161,6 @@ def stereo(
         if report.frames:
             click.echo(report.summary(), err=True)
     run.check_frames()
+    answers.check_compared()
     if report.skipped and not run.source.live:
         context.exit(BAD_INPUT)

@@ -136,6 +136,7 @@ def track(
         if report.frames:
             click.echo(report.summary(), err=True)
     run.check_frames()
+    answers.check_compared()
     if report.skipped and not run.source.live:  # a camera now and then has a frame that cannot be decoded
         context.exit(BAD_INPUT)
 
