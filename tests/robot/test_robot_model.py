@@ -7,6 +7,7 @@ import pytest
 from robot.arms import YAML, write_urdf, write_yaml
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot import RobotModel
 from dloftbs.robot.kinematics import place_links
@@ -54,6 +55,17 @@ def test_a_gripper_that_is_open_holds_nothing(tmp_path):
     assert robot.grippers(AT).shape == (1, 4)
     always = YAML.replace(", joint: slide, closed_below: 0.02", "")
     assert len(RobotModel.from_yaml(write_yaml(tmp_path, always)).grippers({**AT, "slide": 0.03})) == 1
+
+
+def test_two_robots_in_a_frame_both_hold(tmp_path):
+    robot = RobotModel.from_yaml(write_yaml(tmp_path))
+    frame = Frame(mask=np.zeros(SIZE, bool), camera=CAMERA)
+    bent = {**AT, "elbow": 0.6}
+    both = robot.seen_in(robot.seen_in(frame, AT), bent)
+    np.testing.assert_array_equal(both.grippers, np.concatenate((robot.grippers(AT), robot.grippers(bent))))
+    np.testing.assert_array_equal(
+        both.occluders, robot.occluders(AT, CAMERA, SIZE) | robot.occluders(bent, CAMERA, SIZE)
+    )
 
 
 def test_a_robot_without_joints_stands_still(tmp_path):

@@ -126,7 +126,7 @@ class RobotModel:
     def seen_in(self, frame: Frame, joints: Mapping[str, float], pose: PoseLike | None = None) -> Frame:
         """Return a frame with the pixels that the robot covers as occluders, and the grippers that hold.
 
-        Occluders that the frame has already stay occluders.
+        Occluders and grippers that the frame has already stay, such as those of another robot.
 
         Parameters
         ----------
@@ -148,7 +148,10 @@ class RobotModel:
         covered = self.occluders(joints, frame.camera, frame.size, pose)
         if frame.occluders is not None:
             covered |= frame.occluders != 0
-        return replace(frame, occluders=covered, grippers=self.grippers(joints, pose))
+        grippers = self.grippers(joints, pose)
+        if frame.grippers is not None:
+            grippers = np.concatenate((frame.grippers, grippers))
+        return replace(frame, occluders=covered, grippers=grippers)
 
     def occluders(
         self,
