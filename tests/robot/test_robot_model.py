@@ -11,6 +11,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot import RobotModel
 from dloftbs.robot.kinematics import place_links
+from dloftbs.support.documents import parse_yaml
 
 CAMERA = PinholeCamera(600.0, 600.0, 319.5, 239.5)
 SIZE = (480, 640)
@@ -47,6 +48,18 @@ def test_a_camera_on_a_link_moves_with_it(tmp_path):
     here, there = (robot.occluders({**AT, "shoulder": angle}, CAMERA, SIZE) for angle in (0.0, 1.2))
     np.testing.assert_array_equal(here, there)
     assert here.any()
+
+
+def test_a_pose_from_elsewhere_is_in_the_link_that_carries_the_camera(tmp_path):
+    text, pose = YAML.split("camera_pose: ")
+    own = RobotModel.from_yaml(write_yaml(tmp_path, YAML.replace("camera_pose:", "camera_link: upper\ncamera_pose:")))
+    given = RobotModel.from_yaml(write_yaml(tmp_path, f"{text}camera_link: upper\n"))
+    assert (own.camera_link, given.has_camera) == ("upper", False)
+    with pytest.raises(InputError, match="the pose of the camera in the robot's link upper is unknown"):
+        given.grippers(AT)
+    (calibrated,) = parse_yaml(pose)
+    np.testing.assert_array_equal(given.occluders(AT, CAMERA, SIZE, calibrated), own.occluders(AT, CAMERA, SIZE))
+    np.testing.assert_array_equal(given.grippers(AT, calibrated), own.grippers(AT))
 
 
 def test_a_gripper_that_is_open_holds_nothing(tmp_path):

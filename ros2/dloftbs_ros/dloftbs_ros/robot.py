@@ -79,7 +79,8 @@ class RobotInView:
             raise RobotError(f"joints are unknown at the time of the frame: {self._topic}")
         if self._transforms is None:
             return self._robot.seen_in(frame, joints)
-        return self._robot.seen_in(frame, joints, self._transforms.pose(camera_frame, self._robot.base, stamp_ns))
+        pose = self._transforms.pose(camera_frame, self._robot.camera_link, stamp_ns)
+        return self._robot.seen_in(frame, joints, pose)
 
 
 def read_robot(path: str) -> RobotModel:

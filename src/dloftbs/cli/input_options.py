@@ -109,8 +109,9 @@ def robot_options(command: Command) -> Command:
         "--camera-pose",
         type=FilledPath(),
         metavar="FILE",
-        help="Pose of the camera in the world, or the robot's base, YAML: translation_m, and rotation, quaternion_xyzw "
-        "or rpy; or a matrix (4, 4). It replaces the camera_pose of the robot's YAML; .usda and .xml are in the world.",
+        help="Pose of the camera in the world, or the robot's base or camera_link, YAML: translation_m, and rotation, "
+        "quaternion_xyzw or rpy; or a matrix (4, 4). It replaces the camera_pose of the robot's YAML; .usda and .xml "
+        "are in the world.",
     )
     @functools.wraps(command)
     def with_robot(

@@ -34,7 +34,7 @@ class RobotModel:
     camera_pose : numpy.ndarray, shape (4, 4), optional
         Pose of the camera in `camera_link`.
     camera_link : str, optional
-        Link that carries the camera; the base without one.
+        Link that poses of the camera are relative to; the base without one.
 
     Raises
     ------
@@ -123,6 +123,11 @@ class RobotModel:
         """Name of the link that the others are placed from."""
         return self._base
 
+    @property
+    def camera_link(self) -> str:
+        """Name of the link that poses of the camera are relative to: the base, unless its file names another one."""
+        return self._camera_link
+
     def seen_in(self, frame: Frame, joints: Mapping[str, float], pose: PoseLike | None = None) -> Frame:
         """Return a frame with the pixels that the robot covers as occluders, and the grippers that hold.
 
@@ -170,7 +175,7 @@ class RobotModel:
         size : (int, int)
             ``(H, W)`` of the image.
         pose : array_like, shape (4, 4), or mapping, optional
-            Pose of the camera in the robot's base, ``p_base = pose @ p_camera``, in the place of the robot's own.
+            Pose of the camera in `camera_link`, ``p_link = pose @ p_camera``, in the place of the robot's own.
 
         Returns
         -------
@@ -222,14 +227,15 @@ class RobotModel:
         if not isinstance(joints, Mapping):
             raise InputError(f"joints must map names to positions, got {type(joints).__name__}")
         links = place_links(self._joints, self._base, joints)
-        if pose is not None:
-            camera = as_pose("pose", pose)
-        elif self._camera_pose is not None:
-            camera = links[self._camera_link] @ self._camera_pose
-        else:
-            raise InputError(
-                "the pose of the camera in the robot's base is unknown: give pose=, --camera-pose, or camera_pose in "
-                "the robot's YAML file"
-            )
-        from_base = inverse_of(camera)
+        in_link = self._camera_pose if pose is None else as_pose("pose", pose)
+        if in_link is None:
+            raise self._no_camera_pose()
+        from_base = inverse_of(links[self._camera_link] @ in_link)
         return {name: from_base @ at for name, at in links.items()}
+
+    def _no_camera_pose(self) -> InputError:
+        where = "the robot's base" if self._camera_link == self._base else f"the robot's link {self._camera_link}"
+        return InputError(
+            f"the pose of the camera in {where} is unknown: give pose=, --camera-pose, or camera_pose in the robot's "
+            "YAML file"
+        )

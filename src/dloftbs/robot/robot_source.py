@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from dloftbs.camera import as_pose
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError
 from dloftbs.robot.joint_states import JointStates
 from dloftbs.robot.robot_model import PoseLike, RobotModel
 from dloftbs.sources import Source
@@ -27,7 +26,7 @@ class RobotSource(Source):
     robot : RobotModel
     joints : JointStates
     pose : array_like, shape (4, 4), or mapping, optional
-        Pose of the camera in the robot's base, in the place of the robot's own.
+        Pose of the camera in `RobotModel.camera_link`, in the place of the robot's own.
 
     Raises
     ------
@@ -42,10 +41,7 @@ class RobotSource(Source):
         check_type("joints", joints, JointStates)
         self._pose = None if pose is None else as_pose("pose", pose)
         if self._pose is None and not robot.has_camera:
-            raise InputError(
-                "the pose of the camera in the robot's base is unknown: give pose=, --camera-pose, or camera_pose in "
-                "the robot's YAML file"
-            )
+            raise robot._no_camera_pose()
         self._source, self._robot, self._joints = source, robot, joints
         self.name, self.fps, self.length = source.name, source.fps, source.length
         self.length_is_estimate = source.length_is_estimate
