@@ -131,6 +131,30 @@ def test_a_fixed_joint_of_a_urdf_needs_no_axis(tmp_path):
     assert RobotModel.from_urdf(path).base == "world"
 
 
+def test_a_urdf_without_collision_geometry_covers_nothing(tmp_path):
+    pytest.importorskip("yourdfpy")
+    path = write_urdf(tmp_path)
+    path.write_text(path.read_text().replace("collision", "visual"))
+    with pytest.raises(SourceError, match="needs capsules in YAML, or <collision> geometry in a URDF"):
+        RobotModel.from_urdf(path)
+    capsules = "urdf: robot.urdf\ncapsules:\n  - {link: upper, start_m: [0, 0, 0], radius_m: 0.1}\n"
+    assert len(RobotModel.from_yaml(write_yaml(tmp_path, capsules))._bodies) == 1
+
+
+def test_a_urdf_of_one_link_stands_still(tmp_path):
+    pytest.importorskip("yourdfpy")
+    (tmp_path / "post.urdf").write_text(
+        '<robot name="post"><link name="table"><collision><origin xyz="0 0 1"/><geometry><sphere radius="0.1"/>'
+        "</geometry></collision></link></robot>"
+    )
+    post = RobotModel.from_urdf(tmp_path / "post.urdf")
+    assert (post.base, post.joint_names) == ("table", ())
+    covered = post.occluders({}, CAMERA, SIZE, np.eye(4))
+    assert covered.sum() == pytest.approx(np.pi * 60.0**2, rel=0.03)
+    with_gripper = "urdf: post.urdf\ngrippers:\n  - {link: table, radius_m: 0.05}\n"
+    assert RobotModel.from_yaml(write_yaml(tmp_path, with_gripper)).grippers({}, np.eye(4)).shape == (1, 4)
+
+
 def test_a_urdf_that_cannot_be_read_says_why(tmp_path):
     pytest.importorskip("yourdfpy")
     path = write_urdf(tmp_path)

@@ -15,6 +15,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.bodies import Body, Mask, cover
 from dloftbs.robot.kinematics import CONTINUOUS, DEFAULT_BASE, RobotJoint, place_links, sort_joints
+from dloftbs.robot.robot_arguments import RobotArguments
 from dloftbs.robot.robot_gripper import RobotGripper
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.values import check_path, check_size, check_type
@@ -35,6 +36,8 @@ class RobotModel:
         Pose of the camera in `camera_link`.
     camera_link : str, optional
         Link that poses of the camera are relative to; the base without one.
+    base : str
+        Name of the only link of a robot without joints; with joints, these say which link is the base.
 
     Raises
     ------
@@ -49,9 +52,10 @@ class RobotModel:
         grippers: Sequence[RobotGripper] = (),
         camera_pose: FloatArray | None = None,
         camera_link: str | None = None,
+        base: str = DEFAULT_BASE,
     ) -> None:
         self._joints = sort_joints(joints)
-        self._base = self._joints[0].parent if self._joints else DEFAULT_BASE
+        self._base = self._joints[0].parent if self._joints else base
         self._bodies, self._grippers = tuple(bodies), tuple(grippers)
         self._camera_pose, self._camera_link = camera_pose, camera_link or self._base
         links = {self._base, *(joint.child for joint in self._joints)}
@@ -88,18 +92,24 @@ class RobotModel:
         Raises
         ------
         SourceError
-            If yourdfpy is not installed, or the file or a mesh cannot be read, or there are floating or planar joints.
+            If yourdfpy is not installed, the file or a mesh cannot be read, there are floating or planar joints, or no
+            link has collision geometry.
         """
         from dloftbs.robot.urdf_file import read_urdf
 
         return cls._read(check_path("path", path), read_urdf)
 
     @classmethod
-    def _read(cls, path: Path, read: Callable[[Path], tuple[Any, ...]]) -> RobotModel:
+    def _read(cls, path: Path, read: Callable[[Path], RobotArguments]) -> RobotModel:
         """Build a robot from the arguments that a reader finds in a file."""
         arguments = read(path)
         try:
-            return cls(*arguments)
+            if not arguments.bodies:
+                raise InputError(
+                    "a robot without bodies covers nothing: it needs capsules in YAML, or <collision> geometry in a "
+                    "URDF, where <visual> geometry does not count"
+                )
+            return cls(**vars(arguments))
         except InputError as error:
             raise SourceError(f"{path}: {error}") from error
 

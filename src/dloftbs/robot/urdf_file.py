@@ -10,7 +10,8 @@ import numpy as np
 
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.bodies import Body
-from dloftbs.robot.kinematics import FIXED, SLIDING, TURNING, RobotJoint, checked_axis
+from dloftbs.robot.kinematics import DEFAULT_BASE, FIXED, SLIDING, TURNING, RobotJoint, checked_axis
+from dloftbs.robot.robot_arguments import RobotArguments
 from dloftbs.support.arrays import FloatArray
 
 _ROUND = 32
@@ -20,8 +21,8 @@ Source: geometry.
 """
 
 
-def read_urdf(path: Path) -> tuple[list[RobotJoint], list[Body]]:
-    """Return the joints and bodies of a robot.
+def read_urdf(path: Path) -> RobotArguments:
+    """Return the joints, the bodies and the base of a robot.
 
     Raises
     ------
@@ -38,14 +39,15 @@ def read_urdf(path: Path) -> tuple[list[RobotJoint], list[Body]]:
         urdf = yourdfpy.URDF.load(str(path), build_scene_graph=False, load_meshes=False)
         joints = [_joint(one) for one in urdf.robot.joints]
         meshes = Path(path).parent
-        bodies = [_body(link.name, one, path, meshes) for link in urdf.robot.links for one in link.collisions]
+        links = urdf.robot.links
+        bodies = [_body(link.name, one, path, meshes) for link in links for one in link.collisions]
     except SourceError:
         raise
     except InputError as error:
         raise SourceError(f"{path}: {error}") from error
     except Exception as error:  # of the XML parser and the reader, which have no base of their own
         raise SourceError(f"{path} is no URDF that can be read: {error}") from error
-    return joints, bodies
+    return RobotArguments(joints, bodies, [], base=links[0].name if links else DEFAULT_BASE)
 
 
 def _joint(joint: Any) -> RobotJoint:

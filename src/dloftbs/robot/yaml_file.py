@@ -12,6 +12,7 @@ from dloftbs.camera import as_pose
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.bodies import Body
 from dloftbs.robot.kinematics import DEFAULT_BASE, FIXED, SLIDING, TURNING, RobotJoint, checked_axis
+from dloftbs.robot.robot_arguments import RobotArguments
 from dloftbs.robot.robot_gripper import RobotGripper
 from dloftbs.robot.urdf_file import read_urdf
 from dloftbs.support.arrays import FloatArray, as_vector
@@ -21,10 +22,6 @@ from dloftbs.support.values import check_number, check_text, list_of, shown
 _KEYS = ("urdf", "joints", "capsules", "grippers", "camera_pose", "camera_link")
 _FARTHEST = 1e6
 _LARGEST_M = 1e3
-
-
-RobotArguments = tuple[list[RobotJoint], list[Body], list[RobotGripper], FloatArray | None, str | None]
-"""Arguments of `RobotModel`."""
 
 
 def read_yaml(path: Path) -> RobotArguments:
@@ -46,24 +43,16 @@ def read_yaml(path: Path) -> RobotArguments:
 
 def _robot(given: Mapping[str, Any], path: Path) -> RobotArguments:
     _check_keys("a robot", given, (), _KEYS)
-    joints: list[RobotJoint] = []
-    bodies: list[Body] = []
+    robot = RobotArguments([], [], [])
     if "urdf" in given:
-        joints, bodies = read_urdf(path.parent / check_text("urdf", given["urdf"]))
-    joints += [_joint(row) for row in list_of("joints", given.get("joints", []))]
-    bodies += [_capsule(row) for row in list_of("capsules", given.get("capsules", []))]
-    grippers = [_gripper(row) for row in list_of("grippers", given.get("grippers", []))]
-    if not bodies:
-        raise InputError("a robot without capsules and without a urdf covers nothing")
-    pose = given.get("camera_pose")
-    link = given.get("camera_link")
-    return (
-        joints,
-        bodies,
-        grippers,
-        None if pose is None else as_pose("camera_pose", pose),
-        None if link is None else check_text("camera_link", link),
-    )
+        robot = read_urdf(path.parent / check_text("urdf", given["urdf"]))
+    robot.joints += [_joint(row) for row in list_of("joints", given.get("joints", []))]
+    robot.bodies += [_capsule(row) for row in list_of("capsules", given.get("capsules", []))]
+    robot.grippers += [_gripper(row) for row in list_of("grippers", given.get("grippers", []))]
+    pose, link = given.get("camera_pose"), given.get("camera_link")
+    robot.camera_pose = None if pose is None else as_pose("camera_pose", pose)
+    robot.camera_link = None if link is None else check_text("camera_link", link)
+    return robot
 
 
 def _joint(row: object) -> RobotJoint:
