@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from robot.arms import YAML, write_urdf, write_yaml
@@ -10,7 +12,8 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot import RobotModel
-from dloftbs.robot.kinematics import place_links
+from dloftbs.robot.kinematics import RobotJoint, place_links
+from dloftbs.robot.robot_gripper import RobotGripper
 from dloftbs.support.documents import parse_yaml
 
 CAMERA = PinholeCamera(600.0, 600.0, 319.5, 239.5)
@@ -129,6 +132,21 @@ def test_a_fixed_joint_of_a_urdf_needs_no_axis(tmp_path):
     fixed = '<joint name="mount" type="fixed"><parent link="world"/><child link="base"/><axis xyz="0 0 0"/></joint>'
     path.write_text(path.read_text().replace("</robot>", f'<link name="world"/>{fixed}</robot>'))
     assert RobotModel.from_urdf(path).base == "world"
+
+
+def test_a_joint_may_follow_one_that_follows_another():
+    chain = {"c": ("b", 2.0, 0.1), "b": ("a", -0.5, 0.3), "a": None}
+    joints = [
+        RobotJoint(name, "prismatic", "base", f"{name}_link", np.eye(4), np.array([1.0, 0.0, 0.0]), mimic)
+        for name, mimic in chain.items()
+    ]
+    robot = RobotModel(joints, [], [RobotGripper("c_link", np.zeros(3), 0.1, "c", 0.5)])
+    assert robot.joint_names == ("a",)
+    (held,) = robot.grippers({"a": 0.4}, np.eye(4))
+    assert held == pytest.approx([2.0 * (-0.5 * 0.4 + 0.3) + 0.1, 0.0, 0.0, 0.1])
+    assert len(robot.grippers({"a": 0.0}, np.eye(4))) == 0  # at 0.7, which is open
+    with pytest.raises(InputError, match="joints follow each other in a circle: c, b, a, c"):
+        RobotModel([*joints[:2], replace(joints[2], mimic=("c", 1.0, 0.0))], [])
 
 
 def test_a_urdf_without_collision_geometry_covers_nothing(tmp_path):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -86,12 +86,13 @@ def checked_axis(name: str, kind: str, axis: FloatArray) -> FloatArray:
 
 
 def sort_joints(joints: Sequence[RobotJoint]) -> tuple[RobotJoint, ...]:
-    """Return the joints from the base outwards.
+    """Return the joints from the base outwards; those that follow another one follow one with a position of its own.
 
     Raises
     ------
     InputError
-        If a link has two parents, two joints have one name, or there is a circle or more than one base.
+        If a link has two parents, two joints have one name, there is more than one base, or joints run in a circle or
+        follow each other in one.
     """
     children, names = [joint.child for joint in joints], [joint.name for joint in joints]
     for what, values in (("link is the child of two joints", children), ("joint has the name of another", names)):
@@ -110,7 +111,21 @@ def sort_joints(joints: Sequence[RobotJoint]) -> tuple[RobotJoint, ...]:
         left = [joint for joint in left if joint.child not in known]
     if left:
         raise InputError(f"joints run in a circle: {', '.join(joint.name for joint in left)}")
-    return tuple(ordered)
+    mimics = {joint.name: joint.mimic for joint in joints if joint.mimic is not None}
+    return tuple([replace(joint, mimic=_leader(joint.name, mimics)) if joint.mimic else joint for joint in ordered])
+
+
+def _leader(name: str, mimics: Mapping[str, tuple[str, float, float]]) -> tuple[str, float, float]:
+    """Return the joint at the end of a chain of joints that follow each other, and the factor and offset to it."""
+    source, factor, offset = mimics[name]
+    passed = [name]
+    while source in mimics:
+        passed.append(source)
+        if source in passed[:-1]:
+            raise InputError(f"joints follow each other in a circle: {', '.join(passed)}")
+        source, further, shift = mimics[source]
+        factor, offset = factor * further, factor * shift + offset
+    return source, factor, offset
 
 
 def place_links(joints: Sequence[RobotJoint], base: str, positions: Mapping[str, float]) -> dict[str, FloatArray]:
