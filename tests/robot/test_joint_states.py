@@ -9,6 +9,7 @@ from robot.arms import robot_of
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot import JointStates
+from dloftbs.support.documents import MAX_BYTES
 
 MASK = np.zeros((4, 5), bool)
 
@@ -40,6 +41,17 @@ def test_a_joint_with_a_single_row_stays_there(tmp_path):
     joints = states(tmp_path, "time,a\n10.0,0.7\n")
     assert [joints.at(Frame(mask=MASK, stamp=stamp), ROBOT) for stamp in (2.0, 10.0, 60.0)] == [{"a": 0.7}] * 3
     assert states(tmp_path, "frame,a\n3,0.7\n").at(Frame(mask=MASK, index=4), ROBOT) is None
+
+
+def test_a_recording_of_a_minute_at_a_kilohertz_is_read(tmp_path):
+    names = [f"joint_{number}" for number in range(7)]
+    times = np.arange(60_000) / 1000.0
+    rows = np.column_stack([times, *(np.sin(times + number) for number in range(7))])
+    path = tmp_path / "joints.csv"
+    np.savetxt(path, rows, "%.9f", ",", header=",".join(("time", *names)), comments="")
+    assert path.stat().st_size > MAX_BYTES
+    at = JointStates.from_csv(path).at(Frame(mask=MASK, stamp=59.9985), robot_of(*names))
+    assert at == pytest.approx({name: np.sin(59.9985 + number) for number, name in enumerate(names)}, abs=1e-6)
 
 
 def test_each_joint_has_times_of_its_own():
@@ -87,6 +99,7 @@ def test_times_need_stamps(tmp_path):
         ("frame,a\n2,2\n1,3\n", "frames of joints must be one or more, and rise"),
         ("time,a\n1,x\n", "line 2: could not convert"),
         ("time,a\n1,2\n2\n", "line 3 must have 2 finite numbers, got 2"),
+        ("time,a\n\n1,2\n2\n", "line 4 must have 2 finite numbers, got 2"),
         ("time,a\n1,nan\n", "line 2 must have 2 finite numbers, got 1,nan"),
     ],
 )

@@ -20,6 +20,7 @@ from dloftbs.support.documents import (
     parse_json,
     parse_opencv_xml,
     parse_yaml,
+    read_lines,
     read_text,
 )
 
@@ -145,6 +146,18 @@ def test_a_file_that_is_too_large_is_not_read_whole(tmp_path) -> None:
     (tmp_path / "a").write_bytes(b"#" * (MAX_BYTES + 1))
     with pytest.raises(InputError, match=f"at most {MAX_BYTES} bytes"):
         read_text(tmp_path / "a")
+
+
+def test_lines_are_read_from_a_file_of_any_length(tmp_path) -> None:
+    (tmp_path / "a").write_bytes(b"\xef\xbb\xbfone\r\n" + b"two\n" * (MAX_BYTES // 4))
+    lines = read_lines(tmp_path / "a")
+    assert (next(lines), next(lines), sum(1 for _ in lines)) == ("one\r\n", "two\n", MAX_BYTES // 4 - 1)
+    for content, why in ((b"#" * (MAX_BYTES + 1), f"fewer than {MAX_BYTES} characters"), (b"\xff", "must be UTF-8")):
+        (tmp_path / "a").write_bytes(content)
+        with pytest.raises(InputError, match=f"^cannot be read: .*{why}"):
+            list(read_lines(tmp_path / "a"))
+    with pytest.raises(InputError, match=r"^cannot be read: No such file"):
+        list(read_lines(tmp_path / "none"))
 
 
 HOSTILE = """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import array
 import csv
 import math
 from collections.abc import Mapping
@@ -13,7 +14,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.robot.robot_model import RobotModel
 from dloftbs.support.arrays import FloatArray
-from dloftbs.support.documents import read_text
+from dloftbs.support.documents import read_lines
 from dloftbs.support.values import check_path
 
 _FIRST = ("time", "frame")
@@ -62,15 +63,18 @@ class JointStates:
         """
         place = check_path("path", path)
         try:
-            rows = [row for row in csv.reader(read_text(place).splitlines()) if row]
-            header = [name.strip() for name in rows[0]] if rows else []
+            reader = csv.reader(read_lines(place))
+            rows = (row for row in reader if row)
+            header = [name.strip() for name in next(rows, [])]
             if len(header) < 2 or header[0] not in _FIRST or len({*header}) < len(header):
                 raise InputError(
                     "joints need a header: time (seconds) or frame, then the name of each joint; "
                     f"got {','.join(header) or 'nothing'}"
                 )
-            table = np.array([_numbers(row, number, len(header)) for number, row in enumerate(rows[1:], 2)])
-            columns = table.reshape(-1, len(header)).T
+            table = array.array("d")
+            for row in rows:
+                table.extend(_numbers(row, reader.line_num, len(header)))
+            columns = np.array(table).reshape(-1, len(header)).T.copy()
             positions = {name: (columns[0], column) for name, column in zip(header[1:], columns[1:], strict=True)}
             return cls(positions, by_frame=header[0] == "frame")
         except (InputError, csv.Error) as error:

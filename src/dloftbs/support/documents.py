@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -41,19 +42,50 @@ def read_text(path: Path) -> str:
     InputError
         If it cannot be read, is longer than `MAX_BYTES`, or is not UTF-8, or is a pipe that nobody writes to.
     """
-    try:
-        with open(path, "rb", opener=_open_at_once) as file:
-            data = file.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:  # a path may hold a null byte
-        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
-    if not data and path.is_fifo():
-        raise InputError("cannot be read: it is a pipe that nobody writes to")
-    if len(data) > MAX_BYTES:
-        raise InputError(f"cannot be read: it must have at most {MAX_BYTES} bytes")
-    try:
+    with _said_why(), open(path, "rb", opener=_open_at_once) as file:
+        data = file.read(MAX_BYTES + 1)
+        if not data:
+            _check_pipe(path)
+        if len(data) > MAX_BYTES:
+            raise InputError(f"cannot be read: it must have at most {MAX_BYTES} bytes")
         return data.decode("utf-8-sig")
+
+
+def read_lines(path: Path) -> Iterator[str]:
+    """Yield the lines of a file of any length, with their ends, as it is read.
+
+    Raises
+    ------
+    InputError
+        As `read_text`; `MAX_BYTES` bounds a line, not the file.
+    """
+    with _said_why(), open(path, encoding="utf-8-sig", newline="", opener=_open_at_once) as file:
+        line = file.readline(MAX_BYTES)
+        if not line:
+            _check_pipe(path)
+        while line:
+            if len(line) == MAX_BYTES:
+                raise InputError(f"cannot be read: its lines must have fewer than {MAX_BYTES} characters")
+            yield line
+            line = file.readline(MAX_BYTES)
+
+
+@contextmanager
+def _said_why() -> Iterator[None]:
+    """Turn what reading raises into errors that say why."""
+    try:
+        yield
+    except InputError:
+        raise
     except UnicodeDecodeError as error:
         raise InputError(f"cannot be read: it must be UTF-8: {error}") from error
+    except (OSError, ValueError) as error:  # a path may hold a null byte
+        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
+
+
+def _check_pipe(path: Path) -> None:
+    if path.is_fifo():
+        raise InputError("cannot be read: it is a pipe that nobody writes to")
 
 
 def _open_at_once(path: str, flags: int) -> int:
