@@ -79,6 +79,20 @@ def test_deviations_in_space_are_those_of_the_image_and_of_depth():
     assert with_answers(dloftbs.detect(mask), ["std"])["detections"][0]["std"]["m"] is None
 
 
+def test_deviations_in_space_are_those_of_the_places_in_the_image():
+    mask = np.zeros((120, 400), np.uint8)
+    mask[58:63, 40:361] = 255
+    camera = dloftbs.PinholeCamera(400.0, 400.0, 199.5, 59.5)
+    away = np.linspace(0.4, 2.0, 400, dtype=np.float32)[None, :].repeat(120, axis=0)  # it recedes to the right
+    result = dloftbs.detect(mask, depth=away, camera=camera)
+    (one,) = result
+    std = with_answers(result, ["std"])["detections"][0]["std"]
+    middle = one.u_3d(0.5)
+    assert not 0.45 < middle < 0.55
+    assert std["m"][5] == pytest.approx(one.curve_3d_std(middle))
+    assert std["px"][5] == pytest.approx(one.curve_std(0.5))
+
+
 def test_a_track_has_the_deviations_of_its_detection_and_more_where_it_is_hidden():
     (one,) = found()
     same = Track(1, TrackState.CONFIRMED, one.curve, None, 3, 0, one)

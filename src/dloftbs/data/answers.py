@@ -12,6 +12,7 @@ import numpy as np
 from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import Track
+from dloftbs.data.u_mapping import is_in_front
 from dloftbs.errors import InputError
 from dloftbs.support.values import shown
 
@@ -77,15 +78,20 @@ def describe_shape(one: Detection | Track) -> dict[str, Any]:
 
 
 def describe_std(one: Detection | Track) -> dict[str, Any]:
-    """Return the deviations at eleven even places of an object, px and metres; None where they are not known."""
-    is_seen = not isinstance(one, Track) or one.detection is not None
+    """Return the deviations at eleven places of an object, even in the image, px and metres; None if not known."""
     seen = one if isinstance(one, Detection) else one.detection
-    in_space = one.curve_3d is not None and seen is not None and seen.curve_3d is not None and seen.camera is not None
     return {
         "u": list(_PLACES),
-        "px": one.curve_std(_PLACES).tolist() if is_seen else None,
-        "m": one.curve_3d_std(_PLACES).tolist() if in_space else None,
+        "px": None if seen is None else one.curve_std(_PLACES).tolist(),
+        "m": one.curve_3d_std(one.u_3d(_PLACES)).tolist() if _is_measured_in_space(one, seen) else None,
     }
+
+
+def _is_measured_in_space(one: Detection | Track, seen: Detection | None) -> bool:
+    """Return whether an object and what was seen of it have curves in space whose image is known."""
+    if seen is None or seen.curve_3d is None or seen.camera is None or one.curve_3d is None or one.camera is None:
+        return False
+    return is_in_front(one.curve_3d) and is_in_front(seen.curve_3d)
 
 
 _Answer = Callable[[Detection | Track], dict[str, Any]]
