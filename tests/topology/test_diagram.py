@@ -269,8 +269,24 @@ class TestOfResults:
     def test_a_strand_that_is_rather_wrong_gives_no_answer(self) -> None:
         diagram = dataclasses.replace(overhand(), strand_confidences=(0.49,))
         assert diagram.is_knotted is diagram.name is diagram.determinant is diagram.pd_code is None
+        assert diagram.writhe is diagram.next_move is None
         assert diagram.probability == 0.49
         assert dataclasses.replace(overhand(), strand_confidences=(0.5,)).is_knotted is True
+
+    def test_a_closed_strand_that_is_rather_wrong_has_no_code(self) -> None:
+        knot = Diagram.from_curves([trefoil()], closed=True)
+        assert knot.gauss_code is not None
+        wrong = dataclasses.replace(knot, strand_confidences=(0.49,))
+        assert wrong.gauss_code is wrong.pd_code is wrong.signs is wrong.writhe is None
+
+    def test_what_a_strand_that_is_rather_wrong_has_with_others_is_unknown(self) -> None:
+        apart = Diagram(((), (), ()), (True, True, True), (), ())
+        assert set(apart.linking_numbers.values()) == {0}
+        assert dataclasses.replace(apart, strand_confidences=(0.49, 1.0, 1.0)).linking_numbers == {
+            (0, 1): None,
+            (0, 2): None,
+            (1, 2): 0,
+        }
 
     def test_the_sign_is_that_of_space(self) -> None:
         """In a camera's frame, with y down and z away, the curve on top has the smaller z."""

@@ -34,6 +34,12 @@ MIN_CONFIDENCE = 0.8
 Source: by hand, on 240 drawings of open ropes, a third of these tight: of orders stated with less, 6 of 10 are right.
 """
 
+MIN_STRAND_CONFIDENCE = 0.5
+"""Probability below which a strand rather runs otherwise.
+
+Source: by definition.
+"""
+
 MAX_UNKNOWN = 8
 """Number of unknown orders up to which all readings are tried.
 
@@ -67,8 +73,8 @@ class Diagram:
     objects : tuple of int, optional
         Names of the strands, such as the indices of the detections.
     strand_confidences : tuple of float, optional
-        Probabilities that the strands run like that, each 1 where they are left out. One that rather does not gives no
-        answer but None.
+        Probabilities that the strands run like that, each 1 where they are left out. With one below
+        `MIN_STRAND_CONFIDENCE`, what the strands are together is None, and what it is itself.
 
     Raises
     ------
@@ -260,8 +266,8 @@ class Diagram:
 
     @property
     def writhe(self) -> int | None:
-        """Sum of the signs of the crossings as they are drawn; None where an order is unknown."""
-        return None if None in self.tops else sum(self._map().signs.values())
+        """Sum of the signs of the crossings as they are drawn; None where an order or a strand is unknown."""
+        return sum(self._map().signs.values()) if self._runs_as_drawn and None not in self.tops else None
 
     @property
     def signs(self) -> tuple[int, ...] | None:
@@ -287,13 +293,21 @@ class Diagram:
 
     @cached_property
     def _drawn(self) -> Diagram | None:
-        """The closed diagram that the codes are of; None where orders are unknown or both ways of closing disagree."""
-        if None in self.tops:
+        """The closed diagram that the codes are of.
+
+        None where an order or a strand is unknown, or both ways of closing disagree.
+        """
+        if None in self.tops or not self._runs_as_drawn:
             return None
         if not self.is_open:
             return self
         agree = self.alexander_polynomial is not None and None not in self.linking_numbers.values()
         return self.close(True) if agree and self.is_knotted is not None else None
+
+    @property
+    def _runs_as_drawn(self) -> bool:
+        """True if no strand rather runs otherwise."""
+        return min(self.strand_confidences, default=1.0) >= MIN_STRAND_CONFIDENCE
 
     @cached_property
     def _simplified(self) -> Simplified:
@@ -307,7 +321,7 @@ class Diagram:
     def _readings(self) -> Iterator[PlanarMap]:
         """Yield closed diagrams of all readings; none where too many orders are unknown, or a strand itself."""
         tops = self._reduced.tops
-        if tops.count(None) > MAX_UNKNOWN or min(self.strand_confidences, default=1.0) < 0.5:
+        if tops.count(None) > MAX_UNKNOWN or not self._runs_as_drawn:
             return
         for orders in product(*((0, 1) if top is None else (top,) for top in tops)):
             diagram = replace(self._reduced, tops=orders)._map()
@@ -343,10 +357,11 @@ class Diagram:
 
     @cached_property
     def linking_numbers(self) -> dict[tuple[int, int], int | None]:
-        """For each two strands, half the sum of the signs of their crossings."""
+        """For each two strands, half the sum of the signs of their crossings; None where that is not known."""
         crossed = set(self._owners)
+        unsure = {i for i, sure in enumerate(self.strand_confidences) if sure < MIN_STRAND_CONFIDENCE}
         return {
-            pair: self.part(pair)._agreed(_linking_number) if pair in crossed else 0
+            pair: self.part(pair)._agreed(_linking_number) if unsure & {*pair} or pair in crossed else 0
             for pair in combinations(range(len(self.passes)), 2)
         }
 
@@ -415,9 +430,9 @@ class Diagram:
     def next_move(self) -> EndMove | None:
         """The end to draw back through the crossing next to it, so that the fewest crossings remain.
 
-        After `simplify`, of the cables as they lie; None where no crossings remain, or no ends.
+        After `simplify`, of the cables as they lie; None where no crossings remain, or no ends, or a strand is unknown.
         """
-        return next_end_move(self._reduced._map(), self.closed, self.objects)
+        return next_end_move(self._reduced._map(), self.closed, self.objects) if self._runs_as_drawn else None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the answers as plain values, ready for JSON."""
