@@ -7,6 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicSpline
+from scipy.spatial import cKDTree
 
 from dloftbs import BSplineCurve, CameraRig, PinholeCamera
 from dloftbs_lab.synthetic.space_scene import draw_spheres
@@ -48,6 +49,24 @@ def masks(cameras: CameraRig, *axes: npt.NDArray[np.float64]) -> list[npt.NDArra
         far = np.full(SIZE, np.inf, np.float32)
         drawn.append(draw_spheres(centers, np.full(len(centers), RADIUS_M), len(centers), camera, far).mask)
     return drawn
+
+
+def angular_mask(
+    camera: PinholeCamera, size: tuple[int, int], centers: npt.NDArray[np.float64], radius_m: float
+) -> npt.NDArray[np.bool_]:
+    """Return the mask of a tube around an axis in a camera's frame, by the angles of pixels' rays, with the lens."""
+    seen = camera.project(centers)
+    margin = 4.0 * camera.fx * radius_m / centers[:, 2].min()
+    low = np.clip(seen.min(axis=0) - margin, 0, size[::-1]).astype(int)
+    high = np.clip(seen.max(axis=0) + margin, 0, size[::-1]).astype(int)
+    pixels = np.stack(np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1])), axis=-1)
+    rays = camera.lens.undistorted((pixels - (camera.cx, camera.cy)) / (camera.fx, camera.fy))
+    looks = np.concatenate((rays, np.ones((*rays.shape[:2], 1))), axis=2)
+    far = np.linalg.norm(centers, axis=1)
+    chord, nearest = cKDTree(centers / far[:, None]).query(looks / np.linalg.norm(looks, axis=2)[..., None])
+    mask = np.zeros(size, bool)
+    mask[low[1] : high[1], low[0] : high[0]] = 2.0 * np.arcsin(0.5 * chord) < np.arcsin(radius_m / far[nearest])
+    return mask
 
 
 def depths_m(cameras: CameraRig, axis: npt.NDArray[np.float64], view: int) -> npt.NDArray[np.float32]:

@@ -10,7 +10,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stereo_views import BENT, CAMERA, OTHER, RADIUS_M, axis_through, beside, depths_m, distances_m, masks, rig
+from stereo_views import (
+    BENT,
+    CAMERA,
+    OTHER,
+    RADIUS_M,
+    angular_mask,
+    axis_through,
+    beside,
+    depths_m,
+    distances_m,
+    masks,
+    rig,
+)
 
 from dloftbs import CameraRig, Config, Frame, InputError, PinholeCamera, Pipeline
 from dloftbs.stereo import RigObject
@@ -82,6 +94,42 @@ def test_what_one_view_shows_alone_says_so():
     assert result.objects[0].curve_3d is not None
     with pytest.raises(InputError, match="one view alone"):
         alone.curve_3d_std(0.5)
+
+
+STEEP = axis_through([(0.01, -0.25, 0.0), (-0.01, -0.1, 0.02), (0.01, 0.05, -0.02), (0.0, 0.22, 0.0)])
+
+
+def wide_views(r: CameraRig, axis: np.ndarray, radius_m: float) -> list[np.ndarray]:
+    pairs = zip(r.cameras, r.poses, strict=True)
+    return [angular_mask(camera, camera.size, (axis - pose[:3, 3]) @ pose[:3, :3], radius_m) for camera, pose in pairs]
+
+
+def test_far_from_the_middle_of_one_view_a_cable_has_its_partner_and_its_width():
+    camera = PinholeCamera(450.0, 450.0, 319.5, 179.5, size=(360, 640))
+    r, axis = rig(0.3, camera=camera), np.add(STEEP, (0.53, 0.0, 0.8))
+    (one,) = r.detect(wide_views(r, axis, 0.008)).objects
+    assert one.members == (0, 0)
+    assert one.width_m == pytest.approx(0.016, rel=0.03)
+    assert distances_m(one.curve_3d, axis).mean() < 0.001
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        PinholeCamera(500.0, 500.0, 639.5, 359.5, size=(720, 1280)),
+        PinholeCamera(500.0, 500.0, 639.5, 359.5, (0.01, 0.0, 0.0, 0.0), "fisheye", size=(720, 1280)),
+        PinholeCamera(700.0, 700.0, 639.5, 359.5, (-0.25, 0.06, 0.0, 0.0), size=(720, 1280)),
+    ],
+    ids=["no lens", "fisheye", "polynomial"],
+)
+def test_far_from_the_middle_widths_hold_and_with_a_lens_deviations_do(camera):
+    r, axis = rig(0.06, camera=camera), np.add(STEEP, (0.8, 0.0, 0.7))
+    (one,) = r.detect(wide_views(r, axis, 0.008)).objects
+    assert one.width_m == pytest.approx(0.016, rel=0.03)
+    apart, std = distances_m(one.curve_3d, axis), one.curve_3d_std(np.linspace(0.03, 0.97, 101))
+    if camera.distortion:
+        assert (apart < std).mean() > 0.6
+    assert (apart < 2.0 * std).mean() > 0.8
 
 
 def ring(tilt: float) -> np.ndarray:

@@ -14,7 +14,7 @@ from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.stereo.kernels.line_blocks import block_means, block_noise, observe
-from dloftbs.stereo.kernels.observations import COLUMNS, DEPTH, RADIUS, WEIGHT
+from dloftbs.stereo.kernels.observations import COLUMNS, DEPTH, WEIGHT, half_widths
 from dloftbs.support.arrays import AnyArray, FloatArray
 
 _BLOCK_POINTS = 9
@@ -53,7 +53,7 @@ class ViewCurve(NamedTuple):
     nodes : numpy.ndarray, shape (n, 2)
         Rays of points along it, evenly spaced in its spline's own parameter; of a loop, the last is the first.
     widths : numpy.ndarray, shape (n,)
-        Half the width of the mask there, of rays.
+        Half the width of the object there over its depth along z.
     shown : numpy.ndarray, shape (n,), bool
         Whether a node is a point of a detection; else it lies between two.
     places : numpy.ndarray, shape (m,)
@@ -127,7 +127,7 @@ def _curves_of(
     bits = mask if mask.dtype == np.uint8 else (mask if mask.dtype == np.bool_ else mask != 0).view(np.uint8)
     block_noise(blocks, starts, bits, noise)
     if camera.distortion:
-        _undo_lens(blocks, camera)
+        _undo_lens(blocks, noise, camera)
     rows = observe(blocks, noise, camera.fx, camera.fy, camera.cx, camera.cy)
     rays = _rays(np.concatenate(nodes), camera)
     curves = []
@@ -144,11 +144,11 @@ def _curve_of(
     """Return the curve of a detection."""
     last, problem = len(nodes) - 1, None
     if camera.distortion:
-        known = np.isfinite(rows[:, :4]).all(axis=1)
+        known = np.isfinite(rows).all(axis=1)
         u, rows = u[known], rows[known]
         problem = None if np.isfinite(nodes).all() else _BEYOND
     if len(u):
-        widths = np.interp(np.arange(last + 1), u * last, rows[:, RADIUS])
+        widths = np.interp(np.arange(last + 1), u * last, half_widths(rows))
     else:
         widths = np.full(last + 1, 0.5 * detection.width_px / math.sqrt(camera.fx * camera.fy))
     if detection.curve_3d is not None:
@@ -183,12 +183,18 @@ def _rough_length(detection: Detection) -> float:
     return sum(map(math.dist, control, control[1:]))
 
 
-def _undo_lens(blocks: FloatArray, camera: PinholeCamera) -> None:
-    """Move blocks, with their chords, to where they were without the lens."""
+def _undo_lens(blocks: FloatArray, noise: FloatArray, camera: PinholeCamera) -> None:
+    """Move blocks, with their chords, to where they were without the lens, and stretch their widths and their noise."""
     focal, center = (camera.fx, camera.fy), (camera.cx, camera.cy)
     means, half = blocks[:, :2].copy(), 0.5 * blocks[:, 4:6]
+    normals = half[:, ::-1] * (-0.5, 0.5) / np.linalg.norm(half, axis=1)[:, None]  # of half a pixel
     blocks[:, 4:6] = (_rays(means + half, camera) - _rays(means - half, camera)) * focal
+    pixels = (_rays(means + normals, camera) - _rays(means - normals, camera)) * focal
+    chords = blocks[:, 4:6]
+    stretches = np.abs(chords[:, 0] * pixels[:, 1] - chords[:, 1] * pixels[:, 0]) / np.linalg.norm(chords, axis=1)
     blocks[:, :2] = _rays(means, camera) * focal + center
+    blocks[:, 6] *= stretches
+    noise *= stretches * stretches
 
 
 def _rays(points_px: FloatArray, camera: PinholeCamera) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import kernel, read, write
-from dloftbs.stereo.kernels.observations import CLEAR, DEPTH, RADIUS, WEIGHT
+from dloftbs.stereo.kernels.observations import CLEAR, DEPTH, RADIUS, WEIGHT, half_widths
 
 _WIDER = 2.0
 """Excess of a width over the object's median from which it is that of several passes, standard deviations.
@@ -69,17 +69,18 @@ def compare_widths(
     """
     m, k = len(t), len(focals_px)
     sums, counts = np.zeros((k, spans)), np.zeros((k, spans))
+    half_widths_m = half_widths(rows) * depths
     for i in range(m):
         if rows[i, CLEAR] > 0.0:
             span = min(int(t[i] * spans), spans - 1)
-            sums[views[i], span] += math.log(rows[i, RADIUS] * depths[i])
+            sums[views[i], span] += math.log(half_widths_m[i])
             counts[views[i], span] += 1.0
-    usual = np.log(np.median((rows[:, RADIUS] * depths)[rows[:, DEPTH] == 0.0]))
+    usual = np.log(np.median(half_widths_m[rows[:, DEPTH] == 0.0]))
     found = 0
     for i in range(m):
         if rows[i, CLEAR] == 0.0:
             continue
-        span, own = min(int(t[i] * spans), spans - 1), math.log(rows[i, RADIUS] * depths[i])
+        span, own = min(int(t[i] * spans), spans - 1), math.log(half_widths_m[i])
         std = math.hypot(width_std, radius_std_px / (focals_px[views[i]] * rows[i, RADIUS]))
         if own - usual > _WIDER * std:
             rows[i, WEIGHT], rows[i, CLEAR] = 0.25 / (rows[i, RADIUS] * rows[i, RADIUS]), 0.0
@@ -98,7 +99,7 @@ def compare_widths(
             counts[views[i], span] = 2.0
         if rows[i, CLEAR] > 0.0:
             counts[views[i], span] = max(counts[views[i], span], 1.0)
-            total += math.log(rows[i, RADIUS] * depths[i])
+            total += math.log(half_widths_m[i])
             number += 1.0
     for span in range(spans):
         shown[span] = counts[:, span].sum() >= 2.0

@@ -155,7 +155,7 @@ def path_costs(
     a, b : (n, 2) and (m, 2) float64
         Rays of evenly spaced points, the same distance on both.
     widths_a, widths_b : (n,) and (m,) float64
-        Positive, of rays.
+        Positive: of the object over its depth along z.
     rotation : (3, 3) float64
     shift : (3,) float64
         From the first camera's frame to the second's.

@@ -23,6 +23,17 @@ Three = tuple[float, float, float]
 
 
 @helper
+def half_widths(rows: _Floats) -> _Floats:
+    """Return half the width of what each observation shows over its depth along z, (m,); 0 where there is a depth.
+
+    A mask is stretched away from the image's middle. The border is a plane through the camera, whose distance from a
+    point of the axis is half the width.
+    """
+    off_axis = rows[:, 0] * rows[:, 2] + rows[:, 1] * rows[:, 3]
+    return rows[:, RADIUS] / np.sqrt(1.0 + off_axis * off_axis)
+
+
+@helper
 def see(turn: _Floats, shift: _Floats, point: Three) -> Three:
     """Return the ray x and y of a point in a view, and one over its depth there; behind it that is not positive."""
     x, y, z = point
