@@ -43,6 +43,16 @@ def test_ids_and_directions_stay():
     assert result.tracks[0].hits == 8
 
 
+def test_pairs_that_fit_as_well_as_others_stay_as_they_were():
+    r = rig()
+    pipeline = StereoPipeline(r)
+    views = masks(r, BENT, np.add(BENT, (0.03, 0.0, 0.0)))
+    for _ in range(14):
+        result = pipeline.process(views)
+        assert [one.members for one in result] == [(0, 0), (1, 1)]
+        assert all(0.4 < one.confidence < 0.9 for one in result)
+
+
 def test_what_one_view_loses_for_a_moment_keeps_its_id():
     r = rig()
     pipeline = StereoPipeline(r)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.special import expit
 
 from dloftbs.stereo.curve_parts import unrolled
 from dloftbs.stereo.kernels.epipolar_paths import OPEN_COST, path_costs
@@ -46,7 +47,7 @@ class Match(NamedTuple):
     cost : float
         Mean cost of a point, squared standard deviations.
     confidence : float
-        Probability of the match among its alternatives.
+        Probability of the match against the best assignment without it, by what is seen at this moment alone.
     """
 
     first: int
@@ -62,6 +63,7 @@ def match_views(
     pose: Pose,
     std: float,
     extra: FloatArray | None = None,
+    carried: FloatArray | None = None,
 ) -> list[Match]:
     """Return the pairs of the assignment with the least cost in all.
 
@@ -73,7 +75,9 @@ def match_views(
     std : float
         Standard deviation of a distance from the epipolar constraint, of rays.
     extra : numpy.ndarray, shape (len(first), len(second)), optional
-        Costs of other evidence.
+        Costs of other evidence of this moment.
+    carried : numpy.ndarray, shape (len(first), len(second)), optional
+        Costs of the evidence of earlier moments. Confidences leave them out, so that no moment counts twice.
     """
     if not first or not second:
         return []
@@ -85,10 +89,10 @@ def match_views(
     best = costs.min(axis=2)
     if extra is not None:
         best = best + extra
-    gains = np.minimum(best - MOST_MEAN_COST, 0.0)
+    gains = np.minimum((best if carried is None else best + carried) - MOST_MEAN_COST, 0.0)
     rows, columns = linear_sum_assignment(gains)
     return [
-        Match(i, j, bool(costs[i, j, 1] < costs[i, j, 0]), float(best[i, j]), _probability(gains, i, j))
+        Match(i, j, bool(costs[i, j, 1] < costs[i, j, 0]), float(best[i, j]), _confidence(best, i, j))
         for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
         if gains[i, j] < 0.0
     ]
@@ -121,9 +125,15 @@ def pair_costs(a: ViewCurve, b: ViewCurve, pose: Pose, std: float) -> tuple[floa
     return max(forward * count - surplus, 0.0), max(backward * count - surplus, 0.0)
 
 
-def _probability(gains: FloatArray, i: int, j: int) -> float:
-    """Return the probability of a pair among those that share one of the two, and none at all."""
-    own = float(gains[i, j])
-    # The pair itself is in its row and in its column.
-    others = sum(math.exp(0.5 * EVIDENCE * (own - other)) for other in (*gains[i].tolist(), *gains[:, j].tolist(), 0.0))
-    return 1.0 / (others - 1.0)
+def _confidence(costs: FloatArray, i: int, j: int) -> float:
+    """Return the probability of a pair, with all others at their best, against the best assignment without it."""
+    gains = np.minimum(costs - MOST_MEAN_COST, 0.0)
+    others = np.delete(np.delete(gains, i, axis=0), j, axis=1)
+    gains[i, j] = 0.0
+    better = _least_sum(gains) - (float(costs[i, j]) - MOST_MEAN_COST + _least_sum(others))
+    return float(expit(0.5 * EVIDENCE * better))
+
+
+def _least_sum(gains: FloatArray) -> float:
+    """Return the sum of the best assignment."""
+    return float(gains[linear_sum_assignment(gains)].sum())

@@ -364,10 +364,7 @@ class CameraRig:
         preparation.prepare(("stereo", "kernels"))
         since = perf_counter()
         curves = curves_of_views(results, masks, geometry.cameras)
-        extra = colour_costs(results, frames)
-        for pair, costs in ({} if carried is None else carried).items():
-            extra[pair] = extra[pair] + costs if pair in extra else costs
-        found = associate(results, curves, geometry, extra)
+        found = associate(results, curves, geometry, colour_costs(results, frames), carried or {})
         doubt = doubt_rig(curves, geometry, found.groups)
         if doubt is not None:
             _log.warning("%s", doubt)

@@ -35,7 +35,11 @@ class RigObjects(NamedTuple):
 
 
 def associate(
-    results: Sequence[FrameResult], curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometry, extra: Costs
+    results: Sequence[FrameResult],
+    curves: Sequence[Sequence[ViewCurve]],
+    geometry: RigGeometry,
+    extra: Costs,
+    carried: Costs,
 ) -> RigObjects:
     """Return the objects of one moment, those in space first.
 
@@ -46,11 +50,12 @@ def associate(
     curves : sequence of sequence of ViewCurve
         The same detections.
     geometry : RigGeometry
-    extra : mapping of (int, int) to numpy.ndarray
-        Costs of other evidence between the detections of two views; see `match_views`.
+    extra, carried : mapping of (int, int) to numpy.ndarray
+        Costs of other evidence between the detections of two views, of this moment and of earlier ones; see
+        `match_views`.
     """
     found = []
-    for group in group_detections(curves, geometry, extra):
+    for group in group_detections(curves, geometry, extra, carried):
         if len(group.matches) < 2:
             found.append((_alone(group, results, geometry), group))
         else:

@@ -55,7 +55,8 @@ class RigObject(InferredSpans):
     width_m : float, optional
         Width of the object, metres.
     confidence : float
-        Probability that the members are one object, in 0..1; 1 where there is one member.
+        Probability that the members are one object, by what is seen at this moment alone, in 0..1; 1 where there is
+        one member.
     std_m : numpy.ndarray, shape (n,), optional
         Standard deviation of `curve_3d` at even parameters of its spline: see `curve_3d_std`.
     pieces : tuple of tuple of int, optional

@@ -18,7 +18,7 @@ from dloftbs.stereo.view_curves import ViewCurve
 from dloftbs.support.arrays import FloatArray
 
 Costs = Mapping[tuple[int, int], FloatArray]
-"""Costs of other evidence between the detections of two views; see `match_views`."""
+"""Costs of other evidence between the detections of two views, by their numbers; see `match_views`."""
 
 
 class RigGeometry(NamedTuple):
@@ -74,7 +74,9 @@ class Group:
         self.pieces[view] = [match.second]
 
 
-def group_detections(curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometry, extra: Costs) -> list[Group]:
+def group_detections(
+    curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometry, extra: Costs, carried: Costs
+) -> list[Group]:
     """Return the groups of all detections; the first view that shows an object is the one that others match.
 
     Parameters
@@ -82,7 +84,8 @@ def group_detections(curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometr
     curves : sequence of sequence of ViewCurve
         Of each view.
     geometry : RigGeometry
-    extra : mapping of (int, int) to numpy.ndarray
+    extra, carried : mapping of (int, int) to numpy.ndarray
+        Evidence of this moment and of earlier ones.
     """
     groups: list[Group] = []
     for view, own in enumerate(curves):
@@ -90,13 +93,13 @@ def group_detections(curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometr
         for first in range(view):
             waiting = [group for group in groups if min(group.matches) == first and view not in group.matches]
             rows, columns = [group.matches[first].second for group in waiting], list(free)
-            costs = extra.get((first, view))
+            chosen = np.ix_(rows, columns)
             matches = match_views(
                 [curves[first][i] for i in rows],
                 [own[j] for j in columns],
                 geometry.steps[first][view],
                 geometry.epipolar_std(first),
-                None if costs is None else costs[np.ix_(rows, columns)],
+                *(costs[first, view][chosen] if (first, view) in costs else None for costs in (extra, carried)),
             )
             for match in matches:
                 number = columns[match.second]
@@ -106,11 +109,11 @@ def group_detections(curves: Sequence[Sequence[ViewCurve]], geometry: RigGeometr
             group = Group({})
             group.add(view, Match(number, number, False, 0.0, 1.0), own[number])
             groups.append(group)
-    _join_pieces(groups, geometry, extra)
+    _join_pieces(groups, geometry, (extra, carried))
     return groups
 
 
-def _join_pieces(groups: list[Group], geometry: RigGeometry, extra: Costs) -> None:
+def _join_pieces(groups: list[Group], geometry: RigGeometry, evidence: Sequence[Costs]) -> None:
     """Add what one view shows apart, and no other view does, to the objects of which it is a part."""
     for piece in [group for group in groups if len(group.matches) == 1]:
         ((view, own),) = piece.curves.items()
@@ -122,7 +125,7 @@ def _join_pieces(groups: list[Group], geometry: RigGeometry, extra: Costs) -> No
             if view not in group.matches or len(group.matches) < 2 or group.curves[view].closed:
                 continue
             before = _cost(group, view, group.curves[view], geometry) - len(own.nodes) * _unlike(
-                group, view, number, extra
+                group, view, number, evidence
             )
             if before <= best:  # no piece can make it better than that
                 continue
@@ -164,10 +167,10 @@ def _cost(group: Group, view: int, curve: ViewCurve, geometry: RigGeometry) -> f
     return forward
 
 
-def _unlike(group: Group, view: int, number: int, extra: Costs) -> float:
+def _unlike(group: Group, view: int, number: int, evidence: Sequence[Costs]) -> float:
     """Return what other evidence says against a detection's being a part of an object, as a cost of a point."""
     other = _other(group, view)
-    costs, partner = extra.get((min(other, view), max(other, view))), group.matches[other].second
-    if costs is None:
-        return 0.0
-    return float(costs[partner, number] if other < view else costs[number, partner])
+    partner = group.matches[other].second
+    pair = min(other, view), max(other, view)
+    place = (partner, number) if other < view else (number, partner)
+    return sum(float(costs[pair][place]) for costs in evidence if pair in costs)
