@@ -115,12 +115,11 @@ def stereo(
     from dloftbs.cli.stereo_run import StereoRun
     from dloftbs.stereo import CameraRig
 
-    if len(where) != 2 and not (len(where) == 1 and (side_by_side or right_topic is not None)):
-        raise click.UsageError("name LEFT and RIGHT, or LEFT alone with --side-by-side or --right-topic")
-    if side_by_side and len(where) == 2:
-        raise click.UsageError("--side-by-side has both views in one stream: leave out RIGHT")
-    if inputs.camera is not None:
-        raise click.UsageError("--camera is one camera; --rig has both")
+    _check_where(where, side_by_side, right_topic, right_masks, right_mask_topic)
+    for option, one_camera in (("--camera", inputs.camera), ("--info-topic", inputs.info_topic)):
+        if one_camera is not None:
+            raise click.UsageError(f"{option} is one camera; --rig has both")
+    right = inputs if side_by_side else _of_right(inputs, where, right_topic, right_masks, right_mask_topic)
     if view:
         require_page()
     if not outs and overlay is None and stages is None and not view:
@@ -134,12 +133,6 @@ def stereo(
     pictures = {"--overlay": overlay, "--stages": stages}
     outputs = plan_outputs(outs, pictures, files, config, is_one=limit == 1)
     options = StreamOptions(inputs, config, fps, every, limit, keep_messages=with_input)
-    right = replace(
-        inputs,
-        topic=right_topic or inputs.topic,
-        masks=right_masks or inputs.masks,
-        mask_topic=right_mask_topic or inputs.mask_topic,
-    )
     run = StereoRun((where[0], where[-1]), rig, options, right, side_by_side=side_by_side)
     report = run.report
     try:
@@ -164,3 +157,63 @@ def stereo(
     answers.check_compared()
     if report.skipped and not run.source.live:
         context.exit(BAD_INPUT)
+
+
+def _check_where(
+    where: tuple[str, ...],
+    side_by_side: bool,
+    right_topic: str | None,
+    right_masks: str | None,
+    right_mask_topic: str | None,
+) -> None:
+    """Find out whether the command names two views.
+
+    Raises
+    ------
+    click.UsageError
+        If it does not.
+    """
+    if len(where) != 2 and not (len(where) == 1 and (side_by_side or right_topic is not None)):
+        raise click.UsageError("name LEFT and RIGHT, or LEFT alone with --side-by-side or --right-topic")
+    if side_by_side:
+        rights = {"--right-topic": right_topic, "--right-masks": right_masks, "--right-mask-topic": right_mask_topic}
+        given = [name for name, value in {"RIGHT": where[1:] or None, **rights}.items() if value is not None]
+        if given:
+            raise click.UsageError(f"--side-by-side has both views in one stream: leave out {' and '.join(given)}")
+
+
+def _of_right(
+    left: InputOptions, where: tuple[str, ...], topic: str | None, masks: str | None, mask_topic: str | None
+) -> InputOptions:
+    """Return the input options of the right view, whose own options are given: what is the left view's is not its.
+
+    Raises
+    ------
+    click.UsageError
+        If an option names what is the left view's alone.
+    """
+    from dloftbs.sources.naming_rules import is_rule
+
+    for option, given, remedy in (
+        ("--masks", left.masks if masks is None and mask_topic is None else None, "add --right-masks, or give"),
+        ("--depth", left.depth, "give"),
+        ("--instances", left.instances, "give"),
+        ("--occluders", left.occluders, "give"),
+    ):
+        if given is not None and not is_rule(given):
+            raise click.UsageError(
+                f"{option} {given} goes with the left view alone: {remedy} a naming rule for both views, such as "
+                '"{stem}_mask.png"'
+            )
+    shares_recording = where[0] == where[-1]  # else topics of one name are each view's own
+    if shares_recording and left.mask_topic is not None and masks is None and mask_topic is None:
+        raise click.UsageError(
+            "--mask-topic goes with the left view alone: name that of the right with --right-mask-topic"
+        )
+    return replace(
+        left,
+        topic=topic or left.topic,
+        masks=masks if masks is not None or mask_topic is not None else left.masks,
+        mask_topic=mask_topic if mask_topic is not None or masks is not None else left.mask_topic,
+        depth_topic=None if shares_recording else left.depth_topic,
+    )
