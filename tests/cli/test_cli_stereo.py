@@ -67,6 +67,18 @@ def test_masks_beside_images(scene):
     check([json.loads(line) for line in result.stdout.splitlines()])
 
 
+def test_pictures_are_read_as_stored(scene):
+    pytest.importorskip("PIL")
+    from picture_files import pillow  # which needs it
+
+    for side in ("left", "right"):
+        for step in range(4):
+            stored = cv2.imread(str(scene / side / f"{step}.png"), cv2.IMREAD_UNCHANGED)
+            (scene / side / f"{step}.png").write_bytes(pillow(stored, "PNG", orientation=3))
+    result = run("stereo", scene / "left", scene / "right", "--rig", scene / "rig.yaml")
+    check([json.loads(line) for line in result.stdout.splitlines()])
+
+
 def test_side_by_side_and_every_sink(scene):
     for step in range(4):
         sides = [cv2.imread(str(scene / f"{side}_images" / f"{step}.png")) for side in ("left", "right")]

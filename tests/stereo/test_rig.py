@@ -275,6 +275,18 @@ def test_images_with_masks_and_colours():
     assert np.allclose(by_colour.curve_3d.control_points, by_mask.curve_3d.control_points)
 
 
+def test_pictures_are_read_as_stored(tmp_path):
+    pytest.importorskip("PIL")
+    from picture_files import pillow  # which needs it
+
+    r = rig()
+    views = masks(r, BENT)
+    paths = [tmp_path / f"{number}.png" for number in range(2)]
+    for path, view in zip(paths, views, strict=True):
+        path.write_bytes(pillow(view.astype(np.uint8) * 255, "PNG", orientation=3))
+    assert np.array_equal(r.detect(paths)[0].curve_3d.control_points, r.detect(views)[0].curve_3d.control_points)
+
+
 def test_one_camera_that_moves():
     r = rig()
     views = masks(r, BENT)

@@ -68,8 +68,10 @@ class StereoRun(FollowedStream[Pair]):
         inputs = [options.inputs] if side_by_side else [options.inputs, right]
         self._sources: list[Source] = []
         with ExitStack() as stack:
-            for path, own in zip(where, inputs, strict=False):
-                source = own.open(
+            for path, own, camera in zip(where, inputs, rig.cameras, strict=False):
+                # Pictures are read as stored, since a camera goes with them; a registration has its own.
+                beside = replace(camera, size=None) if own.registration is None else None
+                source = replace(own, camera=beside).open(
                     path,
                     options.fps,
                     segmented=segmented,

@@ -246,7 +246,8 @@ class CameraRig:
         Parameters
         ----------
         views : sequence of array_like, str, path or Frame
-            One for each camera, in the rig's order: masks or BGR images as `dloftbs.detect` takes them.
+            One for each camera, in the rig's order: masks or BGR images as `dloftbs.detect` takes them. Pictures are
+            read as stored, since their cameras go with them.
         hsv, objects, config, segmenter, roi, mask_is
             As `dloftbs.detect` has them, for all views.
         mask : sequence of array_like, optional
@@ -323,7 +324,7 @@ class CameraRig:
         for number, (view, camera) in enumerate(zip(views, cameras, strict=True)):
             if isinstance(view, (str, os.PathLike)):
                 kind = kind_for("auto", segmented=pipeline.segments_images and mask is None)
-                frame = replace(read_frame(view, kind), index=index)
+                frame = replace(read_frame(view, kind, as_stored=True), index=index)
             else:
                 grey = pipeline.segments_images and mask is None
                 frame = as_frame(cast("Frame | npt.ArrayLike", view), index, grey_as_image=grey)
