@@ -154,6 +154,39 @@ def test_moments_are_paired_by_time_or_number():
     assert [(a.index, b.index) for a, b in pairs] == [(2, 2), (3, 3)]
 
 
+def test_a_frame_goes_with_the_nearest_one():
+    left = [frame(index, index / 60.0) for index in range(8)]
+    right = [frame(index - 1, index / 60.0 + 0.001) for index in range(1, 8)]
+    assert [(a.index, b.index) for a, b in pairs_of(iter(left), iter(right), 0.02)] == [(k, k - 1) for k in range(1, 8)]
+    assert [(a.index, b.index) for a, b in pairs_of(iter(right), iter(left), 0.02)] == [(k - 1, k) for k in range(1, 8)]
+
+
+def test_of_cameras_no_frame_is_awaited_that_cannot_be_nearer():
+    read = []
+
+    def camera(delay_s):
+        for index in range(5):
+            read.append((delay_s, index))
+            yield frame(index, index / 30.0 + delay_s)
+
+    for number, _ in enumerate(pairs_of(camera(0.0), camera(0.01), 0.016)):
+        assert max(index for _, index in read) <= max(number, 1)
+
+
+def test_every_so_manieth_pair_is_taken(scene):
+    (scene / "right" / "0.png").unlink()
+    stamps = {"left": [0.0, 0.1, 0.2, 0.3], "right": [0.1, 0.2, 0.3]}
+    for side, times in stamps.items():
+        masks_of = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted((scene / side).glob("*.png"))]
+        np.savez(scene / f"{side}.npz", masks=np.stack(masks_of), stamps=np.array(times))
+    result = run("stereo", scene / "left.npz", scene / "right.npz", "--rig", scene / "rig.yaml", "--every", 2)
+    rows = [json.loads(line) for line in result.stdout.splitlines()]
+    assert [row["index"] for row in rows] == [1, 3]
+    for row in rows:
+        curve = BSplineCurve.from_dict(row["tracks"][0]["curve_3d"])
+        assert distances_m(curve, moved(row["index"])).mean() < 0.003
+
+
 def test_halves():
     both = Frame(image=np.arange(24, dtype=np.uint8).reshape(2, 4, 3), mask=np.eye(2, 4, dtype=bool), index=3)
     left, right = halves_of(both)

@@ -85,7 +85,7 @@ class StereoRun(FollowedStream[Pair]):
         for source in lives:  # one clock for all, though one was opened after the other
             source.opened_s = lives[0].opened_s
         self._frames = [
-            UsableFrames(source, options.config, own, path, options.every)
+            UsableFrames(source, options.config, own, path)
             for source, own, path in zip(self._sources, inputs, where, strict=False)
         ]
         lengths = [source.length for source in self._sources if source.length is not None]
@@ -125,7 +125,8 @@ class StereoRun(FollowedStream[Pair]):
             else:
                 apart_s = _APART_S if not self.source.fps else 0.5 / self.source.fps
                 pairs = pairs_of(iter(self._frames[0]), iter(self._frames[1]), apart_s)
-            yield from pairs if self.source.live else islice(pairs, self._options.limit)
+            wanted = islice(pairs, 0, None, self._options.every)
+            yield from wanted if self.source.live else islice(wanted, self._options.limit)
 
 
 def pairs_of(left: Iterator[Frame], right: Iterator[Frame], apart_s: float) -> Iterator[Pair]:
@@ -135,21 +136,66 @@ def pairs_of(left: Iterator[Frame], right: Iterator[Frame], apart_s: float) -> I
     ----------
     left, right : iterator of Frame
     apart_s : float
-        Largest difference of the times of one moment, seconds. What has no partner is left out.
+        Largest difference of the times of one moment, seconds. What has no partner is left out, and so is a frame whose
+        successor is nearer to its partner.
     """
-    a, b = next(left, None), next(right, None)
-    while a is not None and b is not None:
+    one, other = _Stream(left), _Stream(right)
+    while one.frame is not None and other.frame is not None:
+        a, b = one.frame, other.frame
         if a.stamp is None or b.stamp is None:
             late, most = float(a.index - b.index), 0.0
         else:
             late, most = a.stamp - b.stamp, apart_s
-        if abs(late) <= most:
-            yield a, b
-            a, b = next(left, None), next(right, None)
-        elif late > 0.0:
-            b = next(right, None)
+        earlier = other if late > 0.0 else one
+        if abs(late) > most or earlier.comes_nearer(abs(late)):
+            earlier.advance()
         else:
-            a = next(left, None)
+            yield a, b
+            one.advance()
+            other.advance()
+
+
+class _Stream:
+    """A stream of frames to be paired, of which the next one is read only where it may be the better partner.
+
+    Attributes
+    ----------
+    frame : Frame or None
+        The current one; None at the end.
+    """
+
+    def __init__(self, frames: Iterator[Frame]) -> None:
+        self._frames = frames
+        self._ahead: list[Frame | None] = []
+        self._least_s = 0.0
+        self.frame = next(frames, None)
+
+    def advance(self) -> None:
+        """Go on to the next frame."""
+        before = self.frame
+        self.frame = self._ahead.pop() if self._ahead else next(self._frames, None)
+        step_s = _step_s(before, self.frame)
+        if step_s > 0.0:
+            self._least_s = min(self._least_s or step_s, step_s)
+
+    def comes_nearer(self, early_s: float) -> bool:
+        """Return whether the next frame is nearer to a time that is so much later than the current one's.
+
+        Where frames follow each other too slowly for that, none is read: a camera has none yet.
+        """
+        if 2.0 * early_s <= self._least_s:
+            return False
+        if not self._ahead:
+            self._ahead.append(next(self._frames, None))
+        step_s = _step_s(self.frame, self._ahead[0])
+        return 0.0 < step_s < 2.0 * early_s
+
+
+def _step_s(before: Frame | None, after: Frame | None) -> float:
+    """Return the time from one frame to another, seconds; 0 where it is not known."""
+    if before is None or after is None or before.stamp is None or after.stamp is None:
+        return 0.0
+    return after.stamp - before.stamp
 
 
 def halves_of(frame: Frame) -> Pair:
