@@ -206,7 +206,7 @@ def test_what_is_put_together_under_a_rig_in_doubt_keeps_its_own_depth_and_its_c
     depth = [depths_m(r, BENT, view) for view in (0, 1)]
     (sure,) = r.detect(views).objects
     assert len(sure.pieces[1]) == 2
-    monkeypatch.setattr("dloftbs.stereo.rig.doubt_rig", lambda *_: "the rig is in doubt")
+    monkeypatch.setattr("dloftbs.stereo.rig.RigDoubts.about_poses", lambda *_: "the rig is in doubt")
     result = r.detect(views)
     assert [one.confidence for one in result] == [sure.confidence]
     assert {one.no_3d_reason for view in result.views for one in view} == {"the rig is in doubt"}

@@ -45,7 +45,7 @@ class Match(NamedTuple):
     backwards : bool
         Whether the second one runs the other way.
     cost : float
-        Mean cost of a point, squared standard deviations.
+        Mean cost of a point without other evidence, squared standard deviations.
     confidence : float
         Probability of the match against the best assignment without it, by what is seen at this moment alone.
     """
@@ -92,7 +92,7 @@ def match_views(
     gains = np.minimum((best if carried is None else best + carried) - MOST_MEAN_COST, 0.0)
     rows, columns = linear_sum_assignment(gains)
     return [
-        Match(i, j, bool(costs[i, j, 1] < costs[i, j, 0]), float(best[i, j]), _confidence(best, i, j))
+        Match(i, j, bool(costs[i, j, 1] < costs[i, j, 0]), float(costs[i, j].min()), _confidence(best, i, j))
         for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
         if gains[i, j] < 0.0
     ]

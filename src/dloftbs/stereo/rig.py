@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import itertools
-import logging
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -28,7 +27,7 @@ from dloftbs.kernels import preparation
 from dloftbs.pipeline import Pipeline
 from dloftbs.segmentation import Segmenter
 from dloftbs.stereo.cable_colours import colour_costs
-from dloftbs.stereo.doubts import doubt_rig
+from dloftbs.stereo.doubts import RigDoubts
 from dloftbs.stereo.rig_objects import RigObjects, associate
 from dloftbs.stereo.rig_result import RigObject, RigResult
 from dloftbs.stereo.space_fit import Pose, RigErrors
@@ -37,8 +36,6 @@ from dloftbs.stereo.view_groups import Group, RigGeometry
 from dloftbs.support.array_likes import as_array
 from dloftbs.support.arrays import AnyArray, FloatArray, as_float_array, as_numbers, frozen
 from dloftbs.support.values import check_number, check_path, list_of, shown
-
-_log = logging.getLogger("dloftbs.stereo")
 
 FARTHEST_M = 10.0
 """Largest distance between two cameras of a rig, metres.
@@ -276,7 +273,9 @@ class CameraRig:
         geometry = self._for(views, poses)
         frames = self._frames(views, geometry.cameras, pipeline, mask=mask, depth=depth, depth_unit_m=depth_unit_m)
         found = [pipeline._detect_with_mask(frame) for frame in frames]
-        return self._combine([result for result, _ in found], [own for _, own in found], frames, geometry)[0]
+        return self._combine([result for result, _ in found], [own for _, own in found], frames, geometry, RigDoubts())[
+            0
+        ]
 
     def _for(self, views: Sequence[View], poses: Sequence[npt.ArrayLike] | None = None) -> RigGeometry:
         """Return the geometry of views, of which there must be as many as cameras or poses."""
@@ -350,6 +349,7 @@ class CameraRig:
         masks: Sequence[AnyArray],
         frames: Sequence[Frame],
         geometry: RigGeometry,
+        doubts: RigDoubts,
         carried: Mapping[tuple[int, int], FloatArray] | None = None,
     ) -> tuple[RigResult, tuple[Group, ...]]:
         """Return the objects in space of what the views show by themselves, and the groups that made them.
@@ -359,6 +359,8 @@ class CameraRig:
         results, masks, frames : sequence
             Of each view.
         geometry : RigGeometry
+        doubts : RigDoubts
+            Of the same rig at earlier moments.
         carried : mapping of (int, int) to numpy.ndarray, optional
             Costs that earlier moments give to pairs of detections of two views.
         """
@@ -366,9 +368,8 @@ class CameraRig:
         since = perf_counter()
         curves = curves_of_views(results, masks, geometry.cameras)
         found = associate(results, curves, geometry, colour_costs(results, frames), carried or {})
-        doubt = doubt_rig(curves, geometry, found.groups)
+        doubt = doubts.about_poses(curves, geometry, found.groups)
         if doubt is not None:
-            _log.warning("%s", doubt)
             found = RigObjects(
                 tuple(
                     RigObject(one.members, None, doubt, confidence=one.confidence, pieces=one.pieces)
@@ -376,6 +377,7 @@ class CameraRig:
                 ),
                 found.groups,
             )
+        doubts.about_unit(found.objects)
         views = tuple(_with_space(view, result, found, geometry) for view, result in enumerate(results))
         stage_ms = {"stereo": 1e3 * (perf_counter() - since)}
         combined = RigResult._unchecked(views, found.objects, stage_ms, results[0].index, results[0].stamp)

@@ -14,6 +14,7 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
 from dloftbs.pipeline import Pipeline
 from dloftbs.segmentation import Segmenter
+from dloftbs.stereo.doubts import RigDoubts
 from dloftbs.stereo.epipolar_matching import EVIDENCE
 from dloftbs.stereo.rig import CameraRig, View
 from dloftbs.stereo.rig_result import RigResult
@@ -87,6 +88,7 @@ class StereoPipeline:
             for _ in rig.cameras
         ]
         self._tracker = RigTracker()
+        self._doubts = RigDoubts()
         self._evidence: dict[tuple[int, int, int, int], float] = {}
         self._next_index = 0
 
@@ -128,7 +130,7 @@ class StereoPipeline:
             masks.append(own)
         self._next_index = frames[0].index + 1
         tracks = [_tracks_of(result) for result in results]
-        combined, groups = self._rig._combine(results, masks, frames, geometry, self._carried(tracks))
+        combined, groups = self._rig._combine(results, masks, frames, geometry, self._doubts, self._carried(tracks))
         self._remember(combined, tracks)
         return self._tracker.update(combined, groups, tracks, results)
 
