@@ -1,4 +1,4 @@
-"""What a file says about a robot."""
+"""Contents of a file that describes a robot."""
 
 from __future__ import annotations
 
