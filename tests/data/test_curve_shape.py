@@ -8,6 +8,7 @@ from builders import arc, curve_through, line, loop, random_curve, wave
 from hypothesis import given
 from hypothesis import strategies as st
 from properties import few_examples
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from dloftbs.data.curve import BSplineCurve
@@ -112,7 +113,8 @@ class TestDistance:
 
     def test_points_are_joined_by_lines(self):
         u, share, d = loop(50.0).distance([(80.0, -5.0), (80.0, 5.0)])
-        assert (u % 1.0, share, d) == pytest.approx((0.0, 0.5, 30.0), abs=1e-3)
+        beside_the_seam = (u + 0.5) % 1.0 - 0.5
+        assert (beside_the_seam, share, d) == pytest.approx((0.0, 0.5, 30.0), abs=1e-3)
 
     @few_examples
     @given(st.integers(0, 1000), st.sampled_from([2, 3]), st.booleans())
@@ -126,6 +128,23 @@ class TestDistance:
         assert d <= sampled + 1e-9
         assert d == pytest.approx(float(np.linalg.norm(curve(u) - other(u_other))), abs=1e-3)
         assert other.distance(curve)[2] == pytest.approx(d, abs=0.05 * (1.0 + d))
+
+    def test_a_dip_that_is_short_beside_a_long_side_is_found(self):
+        x = np.linspace(0.0, 1000.0, 1500)
+        dip = curve_through(np.stack((x, 20.0 - 18.0 * np.exp(-(((x - 93.75) / 6.0) ** 2))), axis=1))
+        side = [(0.0, 0.0), (1000.0, 0.0)]
+        flat = BSplineCurve([0.0, 0.0, 1.0, 1.0], side, 1)
+        lowest = dip.sample(20_000)[:, 1].min()
+        for u, d in (dip.distance(side)[::2], dip.distance(flat)[::2], flat.distance(dip)[1:]):
+            assert d == pytest.approx(lowest, abs=1e-3)
+            assert dip(u)[0] == pytest.approx(93.75, abs=0.5)
+
+    @pytest.mark.parametrize("at", [(0.0, 0.0), (5000.0, 0.0)])
+    def test_curves_of_other_sizes_and_points_have_a_distance(self, at):
+        dot, stroke = BSplineCurve([0.0, 0.0, 1.0, 1.0], [at, at], 1), line(at, np.add(at, (0.0, 0.01)))
+        for one in (dot, stroke):
+            assert one.distance(line((-1e4, 3.0), (1e4, 3.0)))[2] == pytest.approx(3.0, abs=0.011)
+        assert dot.distance(dot.transformed(np.eye(2), [3.0, 4.0]))[2] == pytest.approx(5.0)
 
     def test_one_point_and_a_curve_of_other_dimensions_are_refused(self):
         with pytest.raises(InputError, match="`nearest` takes one point"):
@@ -141,6 +160,22 @@ class TestDistance:
         assert wave().nearest_pixel(np.zeros((5, 5), bool)) is None
         with pytest.raises(InputError, match="nearest_pixel takes a curve in the image"):
             HELIX.nearest_pixel(mask)
+
+    @pytest.mark.parametrize("rows", [slice(0, 100), slice(90, 95), slice(20, 21)])
+    def test_of_many_pixels_few_are_looked_at_closely(self, monkeypatch, rows):
+        x = np.linspace(0.0, 300.0, 400)
+        curve = curve_through(np.stack((x, 50.0 + 20.0 * np.sin(x / 40.0)), axis=1))
+        mask = np.zeros((100, 300), bool)
+        mask[rows] = True
+        least = cKDTree(curve.sample(30_000)).query(np.argwhere(mask)[:, ::-1])[0].min()
+        asked = []
+        exact = BSplineCurve.nearest
+        monkeypatch.setattr(BSplineCurve, "nearest", lambda *given: asked.append(given) or exact(*given))
+        u, pixel, d = curve.nearest_pixel(mask)
+        assert len(asked) < 20
+        assert d <= least + 1e-9
+        assert d == pytest.approx(float(np.linalg.norm(curve(u) - pixel)), abs=1e-6)
+        assert mask[int(pixel[1]), int(pixel[0])]
 
 
 class TestPoses:
