@@ -19,7 +19,7 @@ from dloftbs.support.arrays import AnyArray, FloatArray
 _PIECES = 256
 """Number of pieces of a curve at first.
 
-Source: measured; with 64 or 1024 it takes as long.
+Source: bounds time; with fewer, more rounds of halving follow.
 """
 
 _MAX_PIECES = 1 << 14
@@ -37,7 +37,7 @@ Source: numerics; a distance is wrong by so much at most, and next to nothing wh
 _SHORTEST = 1e-9
 """The same, as a share of the length of the longer curve, where the other one is a point.
 
-Source: numerics; lengths are rounded to 1e-12.
+Source: numerics; some thousand times the rounding of a length.
 """
 
 _SHORT_PX = 1e-6

@@ -256,7 +256,8 @@ class Detection(InferredSpans, ObjectShape):
     def from_dict(cls, data: Mapping[str, Any]) -> Detection:
         """Build a detection from what `to_dict` gave, without loss.
 
-        That has no pixels: the centre line lies on the curve, about a pixel from point to point. Nor has it a camera.
+        That has no pixels: the centre line lies on the curve, about a pixel from point to point, and `curve_std` is
+        that of a clean mask. Nor has it a camera.
 
         Raises
         ------

@@ -208,7 +208,9 @@ class FrameResult:
     def from_dict(cls, data: Mapping[str, Any]) -> FrameResult:
         """Build a result from what `to_dict` gave, or from a row of `sinks.read_json_lines`, without loss.
 
-        What that leaves out is not there: pixels of the centre lines, cameras, velocities, and the frame.
+        What that leaves out is not there: pixels of the centre lines, cameras, velocities, and the frame. Without the
+        pixels, `Detection.curve_std` is that of a clean mask. So `topology.Diagram.from_result` may take an order for
+        known that was a guess before; the command's ``--with topology`` writes what the result itself says.
 
         Raises
         ------
