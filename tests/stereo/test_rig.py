@@ -267,6 +267,18 @@ def test_stated_errors_of_the_rig_enter_the_deviation():
     assert known.curve_3d_std(0.5) > 1.5 * plain.curve_3d_std(0.5)
 
 
+def test_views_fit_that_are_off_by_as_much_as_the_rig_states():
+    camera = PinholeCamera(900.0, 900.0, 639.5, 359.5, size=(720, 1280))
+    r, angle = rig(camera=camera), np.linspace(0.0, np.pi, 1500)
+    arch = np.stack((0.12 * np.cos(angle) + 0.02, 0.12 * np.sin(angle) - 0.06, 0.6 + 0.1 * np.cos(angle)), axis=1)
+    off = np.eye(4)
+    off[1:3, 1:3] = [[np.cos(0.016), -np.sin(0.016)], [np.sin(0.016), np.cos(0.016)]]
+    poses, views = [r.poses[0], r.poses[1] @ off], wide_views(r, arch, RADIUS_M)
+    assert "its views disagree" in CameraRig(r.cameras, poses).detect(views)[0].no_3d_reason
+    (one,) = CameraRig(r.cameras, poses, rotation_std_deg=1.0).detect(views).objects
+    assert distances_m(one.curve_3d, arch).mean() < 3.0 * one.curve_3d_std(np.linspace(0.0, 1.0, 101)).mean()
+
+
 def test_images_with_masks_and_colours():
     r = rig()
     images = [np.where(mask[..., None], (0, 0, 255), (90, 90, 90)).astype(np.uint8) for mask in masks(r, BENT)]

@@ -18,10 +18,11 @@ from dloftbs.stereo.view_curves import ViewCurve
 from dloftbs.stereo.view_groups import Costs, Group, RigGeometry, group_detections
 from dloftbs.support.arrays import AnyArray
 
-_MOST_RESIDUAL_PX = 3.0
-"""Distance of a curve's projections from what the views show beyond which it is not in space, px.
+_MOST_RESIDUAL_STDS = 2.0
+"""Distance of a curve's projections from what the views show beyond which it is not in space, standard deviations of
+the epipolar constraint.
 
-Source: by hand; twice the standard deviation of the epipolar constraint.
+Source: by hand; 3 px where the rig states no errors.
 """
 
 _NO_PARTNER = "no other view shows a curve that fits it: it is seen in one view alone, or differently in the others"
@@ -104,10 +105,11 @@ def _object(group: Group, fitted: SpaceCurve | None, geometry: RigGeometry) -> R
     if fitted is None:
         reason = "its views agree on no curve in front of the cameras"
         return RigObject(row, None, reason, confidence=confidence, pieces=pieces)
-    if not fitted.residual_px <= _MOST_RESIDUAL_PX:
+    first = _reference(group)
+    if not fitted.residual_px <= _MOST_RESIDUAL_STDS * geometry.epipolar_std(first) * geometry.focals_px[first]:
         reason = f"its views disagree: the best curve in space lies {fitted.residual_px:.1f} px beside what they show"
         return RigObject(row, None, reason, confidence=confidence, pieces=pieces)
-    curve = _in_first(fitted.curve, _reference(group), geometry)
+    curve = _in_first(fitted.curve, first, geometry)
     unknown = ~fitted.shown | (fitted.std_m > fitted.width_m)
     spans = _spans_of(unknown)
     return RigObject._unchecked(row, curve, None, spans, fitted.width_m, confidence, fitted.std_m, pieces)
