@@ -159,7 +159,7 @@ def _curve_of(
 
 
 def _depth_rows(detection: Detection) -> tuple[FloatArray, FloatArray]:
-    """Return where a curve was lifted by depth, in shares of its length, and what was measured there, as observations.
+    """Return the own parameters of a spline where it was lifted by depth, and what was measured, as observations.
 
     There are as many as the curve has control points: between them, depth is no evidence of its own.
     """
@@ -174,7 +174,7 @@ def _depth_rows(detection: Detection) -> tuple[FloatArray, FloatArray]:
     rows[:, :2] = points[:, :2] / points[:, 2:]
     rows[:, DEPTH] = points[:, 2]
     rows[:, WEIGHT] = 1.0 / detection.curve_3d_std(u) ** 2
-    return detection.u_2d(u), rows
+    return detection.curve.t_at(detection.u_2d(u)), rows
 
 
 def _rough_length(detection: Detection) -> float:
