@@ -47,9 +47,16 @@ Source: by hand; what is seen under next to no parallax may be anywhere.
 
 
 class RigDoubts:
-    """Doubts about a rig, each of which is said once. A rig that clearly fitted once stays out of doubt."""
+    """Doubts about a rig, each of which is said once. A rig that clearly fitted once stays out of doubt.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    lasting : bool
+        Whether more moments follow, for which it is worth the time to find out that a rig fits.
+    """
+
+    def __init__(self, *, lasting: bool) -> None:
+        self._lasting = lasting
         self._has_fitted = False
         self._said: set[str] = set()
 
@@ -69,6 +76,10 @@ class RigDoubts:
         if self._has_fitted or not first or not second:
             return None
         pairs = [group.matches[1] for group in groups if {0, 1} <= group.matches.keys()]
+        # Curves that fit each other all along are seldom a coincidence: then others are seen in one view alone.
+        fits = any(pair.cost < _POOR for pair in pairs)
+        if fits and not self._lasting:
+            return None
         pose, std = geometry.steps[0][1], geometry.epipolar_std(0)
         inverse = Pose(pose.rotation.T.copy(), -pose.rotation.T @ pose.shift)
         others = match_views(second, first, pose, std), match_views(first, second, inverse, std)
@@ -77,8 +88,7 @@ class RigDoubts:
             return None
         own, exchanged, inverted = (_mean_cost(matches, count) for matches in (pairs, *others))
         self._has_fitted = min(exchanged, inverted) > _BETTER * max(own, _POOR)
-        # Curves that fit each other all along are seldom a coincidence: then others are seen in one view alone.
-        if any(pair.cost < _POOR for pair in pairs) or own < _BETTER * min(exchanged, inverted):
+        if fits or own < _BETTER * min(exchanged, inverted):
             return None
         # Of cameras side by side, both are the same.
         if exchanged <= min(_GOOD, _BETTER * max(inverted, _POOR)):

@@ -273,9 +273,9 @@ class CameraRig:
         geometry = self._for(views, poses)
         frames = self._frames(views, geometry.cameras, pipeline, mask=mask, depth=depth, depth_unit_m=depth_unit_m)
         found = [pipeline._detect_with_mask(frame) for frame in frames]
-        return self._combine([result for result, _ in found], [own for _, own in found], frames, geometry, RigDoubts())[
-            0
-        ]
+        return self._combine(
+            [result for result, _ in found], [own for _, own in found], frames, geometry, RigDoubts(lasting=False)
+        )[0]
 
     def _for(self, views: Sequence[View], poses: Sequence[npt.ArrayLike] | None = None) -> RigGeometry:
         """Return the geometry of views, of which there must be as many as cameras or poses."""

@@ -88,7 +88,7 @@ class StereoPipeline:
             for _ in rig.cameras
         ]
         self._tracker = RigTracker()
-        self._doubts = RigDoubts()
+        self._doubts = RigDoubts(lasting=True)
         self._evidence: dict[tuple[int, int, int, int], float] = {}
         self._next_index = 0
 
