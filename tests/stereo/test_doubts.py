@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import logging
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from stereo_views import BENT, CAMERA, OTHER, angular_mask, beside, masks, rig
 
 from dloftbs import CameraRig, PinholeCamera, StereoPipeline
+from dloftbs.stereo.doubts import RigDoubts
 
 HD = PinholeCamera(900.0, 900.0, 639.5, 359.5, size=(720, 1280))
 
@@ -60,3 +62,14 @@ def test_a_rig_in_metres_is_not_asked_about(caplog):
     with caplog.at_level(logging.WARNING):
         rig().detect(masks(rig(), BENT, OTHER))
     assert not caplog.records
+
+
+def test_one_wrong_pair_is_no_wrong_unit(caplog):
+    one = rig().detect(masks(rig(), BENT))[0]
+    far = replace(one, width_m=0.5)
+    doubts = RigDoubts(lasting=True)
+    with caplog.at_level(logging.WARNING):
+        doubts.about_unit([far, one])
+        assert not caplog.records
+        doubts.about_unit([far, far])
+    assert "0.5 m wide" in caplog.text

@@ -107,17 +107,21 @@ class RigDoubts:
         return doubt
 
     def about_unit(self, objects: Sequence[RigObject]) -> None:
-        """Warn if an object in space is wider, or farther away, than cables are."""
+        """Warn if all objects whose place in space is known are wider, or farther away, than cables are."""
+        sizes = []
         for one in objects:
             if one.curve_3d is None or one.std_m is None or one.width_m is None:
                 continue
             away_m = float(np.median(np.linalg.norm(one.curve_3d.control_points, axis=1)))
-            if (one.width_m > _WIDEST_M or away_m > _FARTHEST_M) and float(np.median(one.std_m)) < _SURE * away_m:
-                self._say(
-                    "unit",
-                    f"a cable would be {one.width_m:.2g} m wide and {away_m:.2g} m away: are the poses in metres? "
-                    "Those of stereoCalibrate have the unit of the chessboard's squares, and others are in millimetres",
-                )
+            if float(np.median(one.std_m)) < _SURE * away_m:
+                sizes.append((one.width_m, away_m))
+        if sizes and all(width_m > _WIDEST_M or away_m > _FARTHEST_M for width_m, away_m in sizes):
+            width_m, away_m = sizes[0]
+            self._say(
+                "unit",
+                f"a cable would be {width_m:.2g} m wide and {away_m:.2g} m away: are the poses in metres? Those of "
+                "stereoCalibrate have the unit of the chessboard's squares, and others are in millimetres",
+            )
 
     def _say(self, kind: str, doubt: str) -> None:
         if kind not in self._said:
