@@ -213,6 +213,62 @@ def test_keys_may_be_written_otherwise(tmp_path):
     assert PinholeCamera.from_file(write(tmp_path / "c.yaml", exponents)) == PinholeCamera(600, 600, 10, 0)
 
 
+K = "[[612.4, 0, 321.7], [0, 613.9, 243.2], [0, 0, 1]]"
+OF_ALL_FORMS = {
+    "matrix": f"camera_matrix: {K}",
+    "message": f"K: {K}",
+    "kalibr": "intrinsics: [612.4, 613.9, 321.7, 243.2]",
+    "open3d": f"intrinsic_matrix: {K}",
+    "realsense": "fx: 612.4\nfy: 613.9\nppx: 321.7\nppy: 243.2",
+    "plain": "fx: 612.4\nfy: 613.9\ncx: 321.7\ncy: 243.2",
+}
+
+
+@pytest.mark.parametrize("form", OF_ALL_FORMS.values(), ids=OF_ALL_FORMS)
+class TestLens:
+    @pytest.mark.parametrize(
+        "key", ["distortion", "dist", "dist_coefs", "dist_coeffs", "distortion_coefficients", "distortion_coeffs", "D"]
+    )
+    def test_its_coefficients_are_read_in_every_form(self, tmp_path, form, key):
+        text = f"{form}\n{key}: {list(D5)}\nimage_size: [640, 480]\n"
+        assert PinholeCamera.from_file(write(tmp_path / "a.yaml", text)) == WEBCAM
+
+    @pytest.mark.parametrize(
+        "stated", ["distortion_model: equidistant", "model: fisheye", "fisheye_model: 1", "fisheye: true"]
+    )
+    def test_its_model_is_read_in_every_form(self, tmp_path, form, stated):
+        text = f"{form}\ndistortion: {list(D4)}\n{stated}\n"
+        camera = PinholeCamera.from_file(write(tmp_path / "a.yaml", text))
+        assert (camera.model, camera.distortion) == ("fisheye", D4)
+
+    @pytest.mark.parametrize(
+        ("stated", "message"),
+        [
+            ("distortion_parameters: [0.1, 0, 0, 0]", "keys of a lens that are unknown: distortionparameters; give"),
+            ("lens_coefs: [0.1, 0, 0, 0]", "keys of a lens that are unknown: lenscoefs"),
+            ("k1: -0.3", "unknown: k1"),
+            ("distortion: {k1: -0.3, k2: 0.1}", "distortion must be numbers in a list or under data, got the keys k1"),
+            ("model: thin_plate", "unknown distortion model 'thin_plate'"),
+            ("distortion: [0.1, 0, 0, 0]\nD: [0, 0, 0, 0]", "distortion and d state different coefficients"),
+            ("model: radtan\nlens_model: fisheye", "several models of the lens, fisheye, radtan"),
+        ],
+    )
+    def test_what_is_not_read_of_it_is_refused(self, tmp_path, form, stated, message):
+        with pytest.raises(SourceError, match=re.escape(message)):
+            PinholeCamera.from_file(write(tmp_path / "a.yaml", f"{form}\n{stated}\n"))
+
+
+def test_a_camera_model_is_the_lens_where_it_says_more_than_pinhole(tmp_path):
+    for model, expected in (("fisheye", "fisheye"), ("PINHOLE", "polynomial")):
+        text = f"camera_matrix: {K}\ncamera_model: {model}\ndistortion: {list(D4)}\n"
+        assert PinholeCamera.from_file(write(tmp_path / "a.yaml", text)).model == expected
+
+
+def test_distances_are_no_distortion(tmp_path):
+    text = f"{OF_ALL_FORMS['matrix']}\ndistance_m: 1.5\nP1: {K}\n"
+    assert PinholeCamera.from_file(write(tmp_path / "a.yaml", text)).distortion == ()
+
+
 @pytest.mark.parametrize("suffix", [".yml", ".xml", ".json"])
 @pytest.mark.parametrize("count", [4, 5, 8, 12, 14])
 def test_what_opencv_writes_itself_comes_back(tmp_path, suffix, count):

@@ -95,6 +95,20 @@ def test_opencv(tmp_path, suffix):
         CameraRig.from_file(inner)
 
 
+@pytest.mark.parametrize("key", ["D{}", "dist_coeffs{}", "distortion_{}", "distortion_coefficients_{}", "dist_coefs{}"])
+def test_the_lenses_of_opencv_under_other_names(tmp_path, key):
+    lenses = {key.format(number): list(camera.distortion) for number, camera in ((1, LEFT), (2, RIGHT))}
+    keys = {"K1": LEFT.matrix.tolist(), "K2": RIGHT.matrix.tolist(), **lenses, "image_size": [1280, 720]}
+    path = tmp_path / "rig.yaml"
+    path.write_text(yaml.safe_dump({**keys, "R": STEP[:3, :3].tolist(), "T": STEP[:3, 3].tolist()}))
+    rig = CameraRig.from_file(path)
+    check(rig)
+    assert rig.cameras[1].size == (720, 1280)
+    path.write_text(path.read_text().replace(key.format(2), "distortion_parameters2"))
+    with pytest.raises(SourceError, match="keys of a lens that are unknown: distortionparameters"):
+        CameraRig.from_file(path)
+
+
 def info(camera: PinholeCamera, rotation: np.ndarray, baseline_m: float) -> dict[str, object]:
     p = np.array([[800.0, 0.0, 600.0, -800.0 * baseline_m], [0.0, 800.0, 350.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
     return {

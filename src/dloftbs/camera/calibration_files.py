@@ -29,8 +29,25 @@ _MODELS: dict[str, LensModel] = {
     **dict.fromkeys(("fisheye", "equidistant", "kannalabrandt4", "equi"), "fisheye"),
 }
 """Names of the models that there are, in letters and digits alone."""
-_EXACT_WITHOUT_DISTORTION = ("", "none", "modifiedbrownconrady", "inversebrownconrady")
+_EXACT_WITHOUT_DISTORTION = ("none", "modifiedbrownconrady", "inversebrownconrady")
 """Names that are taken only while all coefficients are 0: without distortion, all models are the same."""
+
+COEFFICIENT_KEYS = (
+    "distortioncoefficients", "distortioncoeffs", "distcoeffs", "distcoeff", "distcoefs", "distortion", "dist",
+    "coeffs", "d",
+)  # fmt: skip
+"""Keys of the coefficients of a lens."""
+MODEL_KEYS = ("distortionmodel", "cameramodel", "lensmodel", "model")
+"""Keys of the model of a lens."""
+FISHEYE_KEYS = ("fisheyemodel", "fisheye")
+"""Keys of a flag that the model of a lens is the fisheye's."""
+_SIZE_KEYS = ("imagewidth", "width", "imageheight", "height", "imagesize")
+_READ_APART = frozenset((*COEFFICIENT_KEYS, *MODEL_KEYS, *FISHEYE_KEYS, *_SIZE_KEYS))
+"""Keys of the lens and of the size of the images, which all forms have in common."""
+_OF_A_LENS = re.compile("^dist(?!ance)|coef|^k[1-6]$")
+"""Keys that are of a lens, however it is described."""
+_ANY_LENS = "pinhole"
+"""Model that says nothing of the lens, as Kalibr's `camera_model`."""
 
 _LONGEST = 1000
 """Characters of a message, which may quote what a file says."""
@@ -141,12 +158,7 @@ def _from_matrix(keys: Keys) -> Values | None:
     if matrix is None:
         return None
     _check_whole(keys)
-    model = keys.get("distortionmodel")
-    if keys.get("fisheyemodel"):
-        model = "fisheye"
-    coefficients = numbers_of("distortion", first_of(keys, "distortioncoefficients", "distcoeffs", "distcoeff", "d"))
-    size = _size(first_of(keys, "imagewidth", "width"), first_of(keys, "imageheight", "height"))
-    return _build(matrix_of(matrix), coefficients, model, size)
+    return {"matrix": matrix_of(matrix), **_lens(keys), "size": _image_size(keys)}
 
 
 def _from_kalibr(keys: Keys) -> Values | None:
@@ -156,9 +168,7 @@ def _from_kalibr(keys: Keys) -> Values | None:
     if kind != "pinhole":
         raise InputError(f"camera_model must be pinhole, got {kind!r}")
     fx, fy, cx, cy = numbers_of("intrinsics", keys["intrinsics"], 4)
-    width, height = numbers_of("resolution", keys.get("resolution") or (0, 0), 2)
-    coefficients = numbers_of("distortion_coeffs", keys.get("distortioncoeffs"))
-    return _build(_k(fx, fy, cx, cy), coefficients, keys.get("distortionmodel"), _size(width, height))
+    return {"matrix": _k(fx, fy, cx, cy), **_lens(keys), "size": _image_size(keys, "resolution")}
 
 
 def _from_open3d(keys: Keys) -> Values | None:
@@ -167,47 +177,65 @@ def _from_open3d(keys: Keys) -> Values | None:
     matrix = matrix_of(keys["intrinsicmatrix"])
     # Nine numbers in a row are column after column; nested, they are rows.
     columns_first = isinstance(keys["intrinsicmatrix"], list) and len(keys["intrinsicmatrix"]) == 9
-    return _build(matrix.T if columns_first else matrix, (), None, _size(keys.get("width"), keys.get("height")))
+    return {"matrix": matrix.T if columns_first else matrix, **_lens(keys), "size": _image_size(keys)}
 
 
 def _from_realsense(keys: Keys) -> Values | None:
     if not {"fx", "fy", "ppx", "ppy"} <= keys.keys():
         return None
     fx, fy, cx, cy = (_number(key, keys[key]) for key in ("fx", "fy", "ppx", "ppy"))
-    model = re.sub("^(rs2)?distortion", "", _plain(str(keys.get("model") or "")))
-    coefficients = numbers_of("coeffs", keys.get("coeffs"))
-    if model in _MODELS and _MODELS[model] == "fisheye" and len(coefficients) == 5 and coefficients[4] == 0.0:
-        coefficients = coefficients[:4]
-    return _build(_k(fx, fy, cx, cy), coefficients, model, _size(keys.get("width"), keys.get("height")))
+    lens = _lens(keys)
+    if lens["model"] == "fisheye" and len(lens["distortion"]) == 5 and lens["distortion"][4] == 0.0:
+        lens["distortion"] = lens["distortion"][:4]
+    return {"matrix": _k(fx, fy, cx, cy), **lens, "size": _image_size(keys)}
 
 
 def _from_plain(keys: Keys) -> Values | None:
     if not {"fx", "fy", "cx", "cy"} & keys.keys():
         return None
-    plain = {key: value for key, value in keys.items() if key not in ("width", "height") and value is not None}
-    size = _size(keys.get("width"), keys.get("height"))
-    if size is not None:
-        plain["size"] = size
+    plain = {key: value for key, value in keys.items() if key not in _READ_APART and value is not None}
     for key in {"fx", "fy", "cx", "cy"} & plain.keys():
         plain[key] = _number(key, plain[key])
-    if "distortion" in plain:
-        plain["distortion"] = numbers_of("distortion", plain["distortion"])
-    if "model" in plain:
-        plain["model"] = _model(plain["model"])
-    return plain
+    size = _image_size(keys)
+    return {**plain, **_lens(keys), **({} if size is None else {"size": size})}
 
 
-def _build(matrix: FloatArray, coefficients: tuple[float, ...], model: Any, size: tuple[int, int] | None) -> Values:
-    if _plain(str(model or "")) in _EXACT_WITHOUT_DISTORTION and (model or "") and any(coefficients):
-        raise InputError(f"the distortion model {model!r} is not supported with coefficients other than 0")
-    known = "polynomial" if _plain(str(model or "")) in _EXACT_WITHOUT_DISTORTION else _model(model)
-    return {"matrix": matrix, "distortion": coefficients, "model": known, "size": size}
+def _lens(keys: Keys) -> Values:
+    """Return the distortion and the model that a camera's keys state, the same in all forms.
+
+    Raises
+    ------
+    InputError
+        If a key seems to be of a lens and is unknown, two keys contradict each other, or the model is not supported.
+    """
+    unread = [key for key in keys if _OF_A_LENS.search(key) and key not in _READ_APART and keys[key] is not None]
+    if unread:
+        raise InputError(
+            f"has keys of a lens that are unknown: {', '.join(unread)}; give its coefficients as a list in OpenCV's "
+            "order, distortion: [k1, k2, p1, p2, k3], and its model as model: polynomial or model: fisheye"
+        )
+    stated = {key: numbers_of(key, keys[key]) for key in COEFFICIENT_KEYS if keys.get(key) is not None}
+    coefficients = next(iter(stated.values()), ())
+    if any(other != coefficients for other in stated.values()):
+        raise InputError(f"{' and '.join(stated)} state different coefficients of the lens; keep those that are meant")
+    names = [keys[key] for key in MODEL_KEYS if keys.get(key) and _plain(str(keys[key])) != _ANY_LENS]
+    names += ["fisheye" for key in FISHEYE_KEYS if keys.get(key)]
+    models = {_model(name, coefficients) for name in names} or {"polynomial"}
+    if len(models) > 1:
+        raise InputError(f"states several models of the lens, {', '.join(map(str, names))}; keep the one that is meant")
+    return {"distortion": coefficients, "model": models.pop()}
 
 
-def _model(name: Any) -> LensModel:
-    if _plain(str(name)) not in _MODELS:
+def _model(name: Any, coefficients: tuple[float, ...]) -> LensModel:
+    """Return the model of a name; without distortion, some names that are not supported are taken, too."""
+    plain = re.sub("^(rs2)?distortion", "", _plain(str(name)))
+    if plain in _EXACT_WITHOUT_DISTORTION:
+        if any(coefficients):
+            raise InputError(f"the distortion model {name!r} is not supported with coefficients other than 0")
+        return "polynomial"
+    if plain not in _MODELS:
         raise InputError(f"unknown distortion model {name!r}; known are {', '.join(_MODELS)}")
-    return _MODELS[_plain(str(name))]
+    return _MODELS[plain]
 
 
 def _check_whole(keys: Keys) -> None:
@@ -283,7 +311,9 @@ def numbers_of(name: str, value: Any, count: int | None = None) -> tuple[float, 
     shape: tuple[Any, Any] | None = None
     if isinstance(value, dict):
         shape = (value["rows"], value["cols"]) if {"rows", "cols"} <= value.keys() else None
-        value = value.get("data")
+        if "data" not in value:
+            raise InputError(f"{name} must be numbers in a list or under data, got the keys {', '.join(value)}")
+        value = value["data"]
     try:
         numbers = tuple(float(number) for number in _flat([] if value is None else value))
     except (TypeError, ValueError, OverflowError) as error:
@@ -305,6 +335,14 @@ def _flat(value: Any) -> list[Any]:
     if len({len(part) if isinstance(item, list) else None for item, part in zip(value, parts, strict=True)}) > 1:
         raise ValueError("the lists differ in length")
     return [item for part in parts for item in part]
+
+
+def _image_size(keys: Keys, *pairs: str) -> tuple[int, int] | None:
+    """Return ``(H, W)`` of the images, stated as a pair ``(W, H)`` or apart; None where it is not stated."""
+    pair = first_of(keys, "imagesize", *pairs)
+    if pair:
+        return _size(*numbers_of("the size of the images (width, height)", pair, 2))
+    return _size(first_of(keys, "imagewidth", "width"), first_of(keys, "imageheight", "height"))
 
 
 def _size(width: Any, height: Any) -> tuple[int, int] | None:

@@ -13,7 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs.camera.calibration_files import content_of, first_of, matrix_of, normal_keys, numbers_of
+from dloftbs.camera.calibration_files import (
+    FISHEYE_KEYS,
+    MODEL_KEYS,
+    content_of,
+    first_of,
+    matrix_of,
+    normal_keys,
+    numbers_of,
+)
 from dloftbs.camera.pinhole import PinholeCamera
 from dloftbs.camera.poses import POSE_FORMS, POSE_KEYS, as_pose, inverse_of, pose_of
 from dloftbs.errors import InputError, SourceError
@@ -109,20 +117,14 @@ def _from_kalibr(keys: Keys) -> CamerasAndPoses:
 def _from_opencv(keys: Keys) -> CamerasAndPoses | None:
     """Read what stereoCalibrate returns under the names of OpenCV's samples and users; None where there is none."""
     cameras = []
+    shared = {key: keys[key] for key in (*MODEL_KEYS, *FISHEYE_KEYS) if key in keys}
+    shared["imagesize"] = first_of(keys, "imagesize", "size")
     for number in ("1", "2"):
         matrix = first_of(keys, f"m{number}", f"k{number}", f"cameramatrix{number}")
         if matrix is None:
             return None
-        own = {
-            "cameramatrix": matrix,
-            "distortioncoefficients": first_of(keys, f"d{number}", f"dist{number}", f"distcoeffs{number}"),
-            "distortionmodel": keys.get("distortionmodel"),
-            "fisheyemodel": keys.get("fisheyemodel"),
-        }
-        size = first_of(keys, "imagesize", "size")
-        if size is not None:
-            own["imagewidth"], own["imageheight"] = numbers_of("image_size", size, 2)
-        cameras.append(PinholeCamera.from_calibration({key: value for key, value in own.items() if value is not None}))
+        own = {key.removesuffix(number): value for key, value in keys.items() if key.endswith(number)}
+        cameras.append(PinholeCamera.from_calibration({**shared, **own, "cameramatrix": matrix}))
     rotation, translation = first_of(keys, "r", "rotation"), first_of(keys, "t", "translation")
     if rotation is None or translation is None:
         raise InputError(
