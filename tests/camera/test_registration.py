@@ -84,11 +84,9 @@ def test_cameras_may_be_mounted_on_their_side(angle):
     assert_is_between_twins(turned, depth_m, (26, 34))
 
 
-@pytest.mark.parametrize("dtype", [np.uint16, np.int32, np.uint8, np.float32, np.float64, np.float16])
+@pytest.mark.parametrize("dtype", [np.uint16, np.int32, np.float32, np.float64, np.float16])
 def test_the_same_camera_sees_the_same(dtype):
-    counts = np.random.default_rng(2).integers(
-        0, min(60000, np.iinfo(dtype).max if dtype().dtype.kind in "iu" else 60000), (16, 20)
-    )
+    counts = np.random.default_rng(2).integers(0, 60000, (16, 20))
     depth = counts.astype(dtype) if dtype().dtype.kind in "iu" else (counts / 8192).astype(dtype)
     registered = DepthRegistration(DEPTH, DEPTH, np.eye(3), (0, 0, 0)).register(depth)
     assert registered.dtype == depth.dtype

@@ -71,6 +71,13 @@ def test_what_is_broken_is_said():
         read_beside("depth", "a.png", MASK)
 
 
+@pytest.mark.parametrize("kind", [np.uint8, np.int8, bool, complex])
+def test_a_picture_of_depth_is_none_in_an_array_either(kind):
+    np.save("8.npy", DEPTH.astype(kind))
+    with pytest.raises(SourceError, match=r"8\.npy: .*depth must have"):
+        read_beside("depth", "8.npy", MASK)
+
+
 def test_a_naming_rule_is_relative_to_the_picture(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path.parent)
     np.testing.assert_array_equal(read_beside("depth", "{stem}_depth.png", tmp_path / "a.png"), DEPTH)

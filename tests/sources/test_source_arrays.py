@@ -227,6 +227,8 @@ def test_npz_without_frames(tmp_path):
         ({"masks": MASKS, "instances": MASKS[:, :5]}, "agree"),
         ({"masks": MASKS, "instances": DEPTH / 3.0}, "instances must have shape"),
         ({"masks": MASKS, "occluders": DEPTH / 3.0}, "occluders must have shape"),
+        ({"masks": MASKS, "depth": DEPTH.astype(np.uint8)}, "depth must have shape .* of uint8; 8 bits are .* picture"),
+        ({"masks": MASKS, "depth": DEPTH > 0}, "depth must have shape .* of bool$"),
         ({"masks": MASKS, "stamps": [0.0, 1.0]}, r"stamps must be 5 finite numbers, got \(2,\)"),
         ({"masks": MASKS, "stamps": [0, 1, 2, 3, np.nan]}, "finite"),
         ({"masks": MASKS, "camera": [1.0, 2.0]}, r"fx, fy, cx, cy, got \(2,\)"),

@@ -19,7 +19,7 @@ from dloftbs.sources.pixels import (
     read_indices,
 )
 from dloftbs.sources.source import logger
-from dloftbs.support.arrays import AnyArray, plane_of
+from dloftbs.support.arrays import AnyArray, holds_depth, plane_of
 
 
 def read_labels(path: Path) -> AnyArray:
@@ -81,21 +81,22 @@ def read_depth(path: Path) -> AnyArray:
             logger.warning("%s: %s", path, remark)
         return depth
     depth = plane_of(load_npy(path))
-    if depth.ndim != 2 or not np.issubdtype(depth.dtype, np.number):
-        raise SourceError(f"{path}: depth must be (H, W) of numbers, got {depth.shape} of {depth.dtype}")
-    return depth
+    try:
+        return as_depth(depth)
+    except SourceError as error:
+        raise SourceError(f"{path}: {error}") from error
 
 
 def as_depth(pixels: AnyArray) -> AnyArray:
-    """Return the pixels of an image file that is depth (H, W).
+    """Return the pixels of a file that is depth (H, W).
 
     Raises
     ------
     SourceError
         If they have several channels, or 8 bits: a picture of depth is none.
     """
-    if pixels.ndim != 2 or pixels.dtype in (np.uint8, np.int8):
+    if pixels.ndim != 2 or not holds_depth(pixels.dtype):
         raise SourceError(
-            f"depth must have one channel of 16 bits or floating point, got {pixels.shape} of {pixels.dtype}"
+            f"depth must have one channel of 16 bits or more or of floating point, got {pixels.shape} of {pixels.dtype}"
         )
     return pixels

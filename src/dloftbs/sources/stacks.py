@@ -13,7 +13,7 @@ from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.pixels import GREY_AS_IMAGE, Kind, image_or_mask, load_npy
 from dloftbs.sources.source import Source
-from dloftbs.support.arrays import AnyArray, check_mask, plane_of
+from dloftbs.support.arrays import AnyArray, check_mask, depth_remedy, holds_depth, plane_of
 from dloftbs.support.npy import File, InMemory, is_npy
 from dloftbs.support.values import MILLIMETRE_M
 
@@ -291,9 +291,10 @@ def check_stack(key: str, stack: Stack) -> None:
         expected = "(N, H, W, 3) of uint8"
         valid = stack.ndim == 4 and stack.shape[3] == 3 and dtype == np.uint8
     else:
-        kinds = "fiu" if key == "depth" else "biuf" if key == "masks" else "biu"
+        kinds = "biuf" if key == "masks" else "biu"
         expected = f"(N, H, W) of {_TYPES.get(key, 'bool')} or integers"
-        valid = _size_of_planes(stack.shape) is not None and dtype.kind in kinds
+        known = holds_depth(dtype) if key == "depth" else dtype.kind in kinds
+        valid = _size_of_planes(stack.shape) is not None and known
         if valid and key == "masks" and dtype.kind == "f" and 0 not in stack.shape:
             check_mask(stack[0], may_be_soft=True)
     if not valid or 0 in stack.shape:
@@ -310,7 +311,9 @@ _TYPES = {"depth": "floating point", "masks": "bool, a probability in 0..1,"}
 def _remedy(key: str, stack: Stack) -> str:
     """Return what makes a stack of an array that is none, to be added to a message; nothing where that is unclear."""
     if key != "images":
-        is_score = key not in ("depth", "masks") and stack.dtype.kind == "f"
+        if key == "depth":
+            return "" if holds_depth(stack.dtype) else depth_remedy(stack.dtype)
+        is_score = key != "masks" and stack.dtype.kind == "f"
         return f"; threshold them first: {key} > 0.5" if is_score else ""
     if stack.ndim == 4 and stack.shape[1] == 3:
         return "; channels come last: images.transpose(0, 2, 3, 1), and [..., ::-1] of that if they are RGB"

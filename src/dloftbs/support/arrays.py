@@ -177,12 +177,29 @@ def check_depth(depth: npt.ArrayLike) -> AnyArray:
     Raises
     ------
     InputError
-        If it has another shape or type.
+        If it has another shape or type, such as integers of 8 bits.
     """
     array = _as_plane("depth", depth)
-    if array.dtype.kind not in "fiu":
-        raise InputError(f"depth must be integer counts or floating-point metres, got {array.dtype}")
+    if not holds_depth(array.dtype):
+        raise InputError(
+            f"depth must be integer counts or floating-point metres, got {array.dtype}{depth_remedy(array.dtype)}"
+        )
     return array
+
+
+def holds_depth(dtype: np.dtype[Any]) -> bool:
+    """Return whether arrays of a type may be depth: floating point or integers, but not of 8 bits, as pictures have."""
+    return dtype.kind in "fiu" and dtype.itemsize > 1
+
+
+def depth_remedy(dtype: np.dtype[Any]) -> str:
+    """Return what makes depth of arrays of a type that is none, to be added to a message; nothing but for 8 bits."""
+    if dtype.kind not in "iu":
+        return ""
+    return (
+        "; 8 bits are taken for a picture of depth, scaled for the eye: give what was measured, and if these are "
+        "counts, depth.astype(np.uint16)"
+    )
 
 
 def _as_plane(name: str, value: npt.ArrayLike) -> AnyArray:
