@@ -421,6 +421,21 @@ def test_kalibrs_chain_is_a_registration(tmp_path):
             DepthRegistration.from_file(write(tmp_path / "chain.yaml", text))
 
 
+def test_the_unit_of_depth_of_a_registration_is_read(tmp_path):
+    for text in (REGISTRATION, f"{KALIBR}{KALIBR.replace('cam0:', 'cam1:')}  T_cn_cnm1: {np.eye(4).tolist()}\n"):
+        path = write(tmp_path / "r.yaml", f"{text}depth_unit_m: 0.0001\n")
+        assert DepthRegistration.from_file(path).depth_unit_m == 0.0001
+        assert DepthRegistration.from_file(path, depth_unit_m=0.00025).depth_unit_m == 0.00025
+        assert DepthRegistration.from_file(write(path, text)).depth_unit_m == 0.001
+        for more, message in (
+            ("depth_unit: 0.0001", r"r\.yaml: a registration has .*depth_unit_m; unknown: depthunit$"),
+            ("depth_unit_m: 0", r"r\.yaml: depth_unit_m must be a finite number"),
+            ("depth_unit_m: mm", r"r\.yaml: depth_unit_m must be numbers"),
+        ):
+            with pytest.raises(SourceError, match=message):
+                DepthRegistration.from_file(write(path, f"{text}{more}\n"))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -49,6 +49,12 @@ _OF_A_LENS = re.compile("^dist(?!ance)|coef|^k[1-6]$")
 _ANY_LENS = "pinhole"
 """Model that says nothing of the lens, as Kalibr's `camera_model`."""
 
+_REGISTRATION_KEYS = (
+    *("depthcamera", "colourcamera", "colorcamera", "rotation", "translationm"),
+    *("cam0", "cam1"),
+    "depthunitm",
+)
+
 _LONGEST = 1000
 """Characters of a message, which may quote what a file says."""
 _FORMS = (
@@ -79,10 +85,10 @@ def camera_values(keys: Mapping[str, Any]) -> Values:
     return _camera(normal_keys(keys))
 
 
-def read_registration(
-    path: Path, make_camera: Callable[[Values], Camera], make: Callable[[Camera, Camera, FloatArray, FloatArray], T]
-) -> T:
+def read_registration(path: Path, make_camera: Callable[[Values], object], make: Callable[..., T]) -> T:
     """Read a registration, as `DepthRegistration.from_file` says, and build it of its parts.
+
+    The parts are two cameras, the rotation and the translation, and `depth_unit_m` by its name where the file has it.
 
     Raises
     ------
@@ -92,7 +98,15 @@ def read_registration(
 
     def registration(keys: Keys) -> T:
         cameras, rotation, translation_m = _registration(keys, make_camera)
-        return make(*cameras, rotation, translation_m)
+        unknown = [key for key in keys if key not in _REGISTRATION_KEYS]
+        if unknown:
+            raise InputError(
+                "a registration has depth_camera, colour_camera, rotation, translation_m or Kalibr's cam0, cam1, and "
+                f"optionally depth_unit_m; unknown: {', '.join(unknown)}"
+            )
+        unit = keys.get("depthunitm")
+        known = {} if unit is None else {"depth_unit_m": _number("depth_unit_m", unit)}
+        return make(*cameras, rotation, translation_m, **known)
 
     return _read(path, registration)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -65,19 +65,28 @@ class DepthRegistration:
         return abridged(f"DepthRegistration(translation_m={self.translation_m!r}, {cameras})")
 
     @classmethod
-    def from_file(cls, path: str | Path) -> DepthRegistration:
+    def from_file(cls, path: str | Path, depth_unit_m: float | None = None) -> DepthRegistration:
         """Read a registration from YAML or JSON.
 
         Either with the keys `depth_camera` and `colour_camera`, each a camera in any form that
         `PinholeCamera.from_file` takes, `rotation` (3, 3) and `translation_m` (3,); or Kalibr's camchain with the depth
-        camera as cam0 and the colour camera as cam1.
+        camera as cam0 and the colour camera as cam1. Both may have `depth_unit_m`, by default 0.001.
+
+        Parameters
+        ----------
+        path : str or Path
+        depth_unit_m : float, optional
+            Metres per count of an integer depth image, in place of what the file says.
 
         Raises
         ------
+        InputError
+            If it is no path, or the unit is out of range.
         SourceError
             If the file cannot be read or says something else.
         """
-        return read_registration(check_path("path", path), PinholeCamera._from_values, cls)
+        registration = read_registration(check_path("path", path), PinholeCamera._from_values, cls)
+        return registration if depth_unit_m is None else replace(registration, depth_unit_m=depth_unit_m)
 
     def register(self, depth: npt.ArrayLike, size: tuple[int, int] | None = None) -> AnyArray:
         """Return depth as the colour camera sees it.
