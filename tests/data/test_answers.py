@@ -14,8 +14,10 @@ import dloftbs
 from dloftbs.data.answers import BendLimit, with_answers
 from dloftbs.data.centerline import Centerline, Segment
 from dloftbs.data.detection import Detection
+from dloftbs.data.object_shape import width_in_space
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
+from dloftbs.pipeline.thickness import thickness_m
 
 
 def detection(curve, width=10.0):
@@ -58,6 +60,55 @@ def test_deviations_grow_into_a_gap_and_by_noise():
         clean.curve_std(1.1)
     with pytest.raises(InputError, match="no curve in space"):
         clean.curve_3d_std(0.5)
+
+
+WIDE = dloftbs.PinholeCamera(220.0, 220.0, 320.0, 320.0, (0.0, 0.0, 0.0, 0.0), "fisheye")
+PINHOLE = dloftbs.PinholeCamera(300.0, 300.0, 320.0, 320.0)
+LONG = dloftbs.PinholeCamera(200.0, 400.0, 320.0, 320.0)
+
+
+def seen_tube(camera, middle, along, radius_m=0.01, half_m=0.15):
+    """Return mask and depth of a straight round cable, exactly as rays of a camera meet it."""
+    pixels = np.stack(np.meshgrid(np.arange(640.0), np.arange(640.0)), axis=-1)
+    rays = camera.deproject(pixels, np.ones((640, 640)))
+    across, apart = rays - (rays @ along)[..., None] * along, middle - (middle @ along) * along
+    a, b, c = np.maximum((across**2).sum(axis=-1), 1e-12), across @ apart, apart @ apart - radius_m**2
+    depth = (b - np.sqrt(np.maximum(b**2 - a * c, 0.0))) / a
+    mask = (b**2 > a * c) & (b > 0.0) & (np.abs((depth[..., None] * rays - middle) @ along) < half_m)
+    return mask, np.where(mask, depth, 0.0)
+
+
+@pytest.mark.parametrize("along", ["across", "outwards", "away"])
+@pytest.mark.parametrize(("camera", "degrees"), [(WIDE, 65.0), (PINHOLE, 45.0), (LONG, 0.0)])
+def test_the_width_in_space_is_the_cables_wherever_and_however_it_lies(camera, degrees, along):
+    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    middle = 0.6 * np.array([sine, 0.0, cosine])
+    away = np.array([sine, 0.5, cosine])
+    directions = {"across": (0.0, 1.0, 0.0), "outwards": (cosine, 0.0, -sine), "away": away / np.linalg.norm(away)}
+    mask, depth = seen_tube(camera, middle, np.array(directions[along]))
+    (one,) = dloftbs.detect(mask, depth=depth, camera=camera)
+    pixel_m = one.width_m / one.width_px
+    assert one.width_m == pytest.approx(0.02, abs=1.5 * pixel_m)
+    track = Track(1, TrackState.CONFIRMED, one.curve, one.curve_3d, 3, 0, one, camera=camera, width_px=one.width_px)
+    assert track.width_m == one.width_m
+    assert thickness_m(one)[0] == one.width_m
+
+
+def test_a_curve_that_is_not_seen_has_no_width():
+    behind, beyond, endwise = (
+        line(start, end)
+        for start, end in (
+            ((0.0, 0.0, -1.0), (1.0, 0.0, -1.0)),
+            ((9.0, 0.0, 1.0), (9.0, 1.0, 1.0)),
+            ((0.0, 0.0, 1.0), (0.0, 0.0, 2.0)),
+        )
+    )
+    assert width_in_space(5.0, behind, PINHOLE) is None
+    assert width_in_space(5.0, endwise, PINHOLE) is None
+    lens = dloftbs.PinholeCamera(300.0, 300.0, 320.0, 320.0, (-0.4, 0.0, 0.0, 0.0))
+    assert width_in_space(5.0, beyond, lens) is None
+    across = line((-1.0, 0.1, -1.0), (1.0, 0.1, 1.0))  # of which a half is in front
+    assert width_in_space(5.0, across, PINHOLE) > 0.0
 
 
 def test_deviations_in_space_are_those_of_the_image_and_of_depth():

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from properties import few_examples
 from scipy.spatial import cKDTree
-from sinks.test_sink_geometry import frame, helix, in_space, knot, result, ring, straight
+from sinks.test_sink_geometry import CAMERA, frame, helix, in_space, knot, result, ring, straight
 
+from dloftbs.data.object_shape import width_in_space
 from dloftbs.errors import InputError, SinkError
 from dloftbs.sinks import MujocoSink
 
@@ -60,8 +61,7 @@ def test_a_loaded_cable_lies_on_its_curve_from_end_to_end(tmp_path, name):
     dense = curve.sample(5000)
     assert distances(points, dense).max() < 1e-3
     assert distances(dense[::10], points).max() < 1e-3 + np.linalg.norm(points[1] - points[0])
-    expected = 2.5 * np.median(curve.sample(200)[:, 2]) / 500.0
-    assert radius == pytest.approx(expected, rel=1e-3)
+    assert radius == pytest.approx(0.5 * width_in_space(5.0, curve, CAMERA), rel=1e-3)
 
 
 @few_examples

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import sinks.sink_examples as examples
+from builders import curve_through
 from sinks.test_sink_geometry import frame, helix, in_space, result, ring, straight
 
 from dloftbs.data.frame_result import FrameResult
@@ -66,8 +67,9 @@ def test_a_single_frame_has_the_points_of_its_curves(tmp_path):
 
 
 def test_thickness_is_the_width_in_space_for_eyes_and_simulators(tmp_path):
-    write(tmp_path / "a.usda", result(in_space(straight())))
-    write(tmp_path / "b.usda", result(in_space(straight())), radius_m=0.007)
+    level = curve_through(np.linspace((-0.15, 0.0, 1.0), (0.15, 0.0, 1.0), 12))
+    write(tmp_path / "a.usda", result(in_space(level)))
+    write(tmp_path / "b.usda", result(in_space(level)), radius_m=0.007)
     for name, thickness in (("a", 5.0 * 1.0 / 500.0), ("b", 0.014)):
         stage = scene(tmp_path / f"{name}.usda")
         (curve,) = curves_of(stage).values()

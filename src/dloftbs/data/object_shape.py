@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -22,9 +21,15 @@ Source: by definition; pixels side by side.
 
 
 _SAMPLES = 100
-"""Number of points of a curve that its depth is the median of.
+"""Number of points of a curve that its scale is the median of.
 
 Source: numerics.
+"""
+
+_STEP = 1e-4
+"""Length across a curve whose image is measured, share of the depth.
+
+Source: numerics; over so little the image is linear, and its rounding is 1e-8 of it.
 """
 
 
@@ -37,7 +42,7 @@ class ObjectShape:
 
     @property
     def width_m(self) -> float | None:
-        """Width of the object in space: that in the image at the middle of its depths; None where it is not known."""
+        """Width of the object in space, by that in the image, `curve_3d` and the lens; None where it is not known."""
         width = self._known_width()
         if width is None or self.curve_3d is None or self.camera is None:
             return None
@@ -133,10 +138,48 @@ class ObjectShape:
             return 0.0
 
 
-def width_in_space(width_px: float, curve_3d: BSplineCurve, camera: PinholeCamera) -> float:
-    """Return the width, metres, that a width in the image has at the middle of the depths of a curve in space."""
-    depth = float(np.median(curve_3d.sample(_SAMPLES)[:, 2]))
-    return width_px * depth / math.sqrt(camera.fx * camera.fy)
+def width_in_space(width_px: float, curve_3d: BSplineCurve, camera: PinholeCamera) -> float | None:
+    """Return the width, metres, of a round object around a curve in space that has a width in the image.
+
+    The width in the image is the median along the curve there, across the curve and through the lens. So the scale is
+    the median of how many pixels a metre measures that lies across the curve and across the ray to it.
+
+    Parameters
+    ----------
+    width_px : float
+    curve_3d : BSplineCurve
+        The axis, in the camera's frame.
+    camera : PinholeCamera
+
+    Returns
+    -------
+    float or None
+        None where no part of the curve has an image that shows a width.
+    """
+    t = np.linspace(0.0, 1.0, _SAMPLES)
+    points, along = curve_3d.spline(t), curve_3d.spline(t, nu=1)
+    ahead = points[:, 2] > 0.0
+    points, along = points[ahead], along[ahead]
+    if len(points) < 2:
+        return None
+    step_m = _STEP * points[:, 2:]
+    across = step_m * _units(np.cross(points, along))
+    places = camera.project(points)
+    forward = _units(camera.project(points + step_m * _units(along)) - places)
+    ends = camera.project(points + across) - camera.project(points - across)
+    px_per_m = np.abs(forward[:, 0] * ends[:, 1] - forward[:, 1] * ends[:, 0]) / (2.0 * step_m[:, 0])
+    known = px_per_m > 0.0  # not beyond the field of the lens, nor where the curve is seen from its end
+    if not known.any():
+        return None
+    places, px_per_m = places[known], px_per_m[known]
+    lengths = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))))
+    return width_px / float(np.median(np.interp(np.linspace(0.0, lengths[-1], _SAMPLES), lengths, px_per_m)))
+
+
+def _units(vectors: FloatArray) -> FloatArray:
+    """Return vectors (n, d) of length one, or of length 0 where they have no direction."""
+    units: FloatArray = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+    return units
 
 
 def _wave(curve: BSplineCurve, width: float | None) -> float:

@@ -20,11 +20,10 @@ by a factor of ten or more.
 
 def thickness_m(detection: Detection) -> tuple[float, float] | None:
     """Return how thick a cable is, and its median distance along the optical axis, both m; None without depth."""
-    curve, camera = detection.curve_3d, detection.camera
-    if curve is None or camera is None:
+    curve, width_m = detection.curve_3d, detection.width_m
+    if curve is None or width_m is None:
         return None
-    distance_m = float(np.median(curve.control_points[:, 2]))
-    return detection.width_px * distance_m / math.sqrt(camera.fx * camera.fy), distance_m
+    return width_m, float(np.median(curve.control_points[:, 2]))
 
 
 def doubt_unit(detections: Sequence[Detection], frame: Frame) -> str | None:
@@ -32,9 +31,7 @@ def doubt_unit(detections: Sequence[Detection], frame: Frame) -> str | None:
 
     The cable of the median thickness counts.
     """
-    known = sorted(
-        (measured, one.width_px) for one in detections if (measured := thickness_m(one)) and measured[0] > 0.0
-    )
+    known = sorted((measured, one.width_px) for one in detections if (measured := thickness_m(one)) is not None)
     if not known or frame.depth is None:
         return None
     (thick_m, distance_m), width_px = known[len(known) // 2]

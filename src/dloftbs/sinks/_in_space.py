@@ -37,7 +37,7 @@ class SpaceObject(NamedTuple):
         return self.row.track_id - 1 if self.row.track_id else self.row.number
 
     def radius_m(self, camera: PinholeCamera | None) -> float:
-        """Return half the width in space that the width in the image has at the curve's distance.
+        """Return half the width in space that the width in the image has there.
 
         Parameters
         ----------
@@ -47,12 +47,18 @@ class SpaceObject(NamedTuple):
         Raises
         ------
         InputError
-            If there is neither.
+            If there is neither, or the camera does not see the curve.
         """
         camera = camera or self.row.camera
         if camera is None:
             raise InputError("the radius of a tube needs the frame's camera, or radius_m; got neither")
-        return 0.5 * width_in_space(self.detection.width_px, self.curve, camera)
+        width_m = width_in_space(self.detection.width_px, self.curve, camera)
+        if width_m is None:
+            raise InputError(
+                f"the radius of {self.name} is not known, since no part of its curve is in front of the frame's camera "
+                "and in the field of its lens; give radius_m, or the camera that the curve was seen by"
+            )
+        return 0.5 * width_m
 
 
 def check_radius(radius_m: float | None) -> float | None:
