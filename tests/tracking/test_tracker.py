@@ -236,6 +236,36 @@ class TestTime:
         assert tracker.predict(12.0 / 30.0)[0].curve == prediction.curve
         assert tracker.tracks is before
 
+    @pytest.mark.parametrize("frames", [1, 5])
+    @pytest.mark.parametrize(("pause_s", "later"), [(1.9, 1), (2.5, 2), (7200.0, 2)])
+    def test_a_pause_ends_a_track_as_empty_frames_would(self, frames, pause_s, later):
+        tracker = Tracker(TrackingConfig(keep_lost_s=2.0))
+        for step in range(frames):
+            tracker.update([wave()], step * FRAME_S)
+        stamp = (frames - 1) * FRAME_S + pause_s
+        assert ids(tracker.predict(stamp)) == [1] * (later == 1)
+        (track,) = tracker.update([wave()], stamp)
+        assert (track.id, tracker.lost) == (later, ())
+
+    def test_a_pause_adds_to_the_time_that_a_track_was_not_seen(self):
+        tracker = Tracker(TrackingConfig(keep_lost_s=1.0))
+        for step in range(20):
+            tracker.update([wave()] if step < 5 else [], step * FRAME_S)
+        assert ids(tracker.predict(19 * FRAME_S + 0.4)) == [1]
+        assert tracker.predict(19 * FRAME_S + 0.7) == ()
+        assert ids(tracker.update([wave()], 19 * FRAME_S + 0.7)) == [2]
+
+    def test_a_prediction_is_the_less_sure_the_longer_the_stream_pauses(self):
+        tracker = Tracker()
+        for step in range(6):
+            tracker.update([wave()], step * FRAME_S)
+        (soon,), (later,) = tracker.predict(6 * FRAME_S), tracker.predict(6 * FRAME_S + 1.0)
+        for step in range(6, 36):
+            tracker.update([], step * FRAME_S)
+        (unseen,) = tracker.predict(36 * FRAME_S)
+        assert later.confidence == pytest.approx(0.25 * soon.confidence, rel=1e-6)
+        assert later.confidence == pytest.approx(unseen.confidence, rel=1e-6)
+
     @pytest.mark.parametrize("what", ["stamp", "size"])
     def test_what_does_not_follow_on_the_last_frame_is_a_reset_or_an_error(self, what, caplog):
         other = {"stamp": {"stamp": 0.5}, "size": {"stamp": 1.5, "size": (20, 10)}}[what]

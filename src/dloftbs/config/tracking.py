@@ -18,11 +18,13 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
         A detection is the same object as a track only while their mean distance is below this share of the length, the
         geometric mean of both lengths being meant. It widens while the track is not seen.
     keep_lost_s : float
-        Seconds for which a confirmed track of which nothing is seen can be found again under its id.
+        Seconds for which a confirmed track of which nothing is seen can be found again under its id. A longer pause of
+        the stream ends all tracks.
     smoothing_s : float
         Lag of the published curves, which makes them smoother; 0: neither.
     frame_s : float
-        Seconds from frame to frame where frames have no stamps.
+        Seconds from frame to frame where frames have no stamps. Where they do, a frame is a pause only if it takes
+        clearly longer than this and than most of the last five, or than a quarter of a second at the start.
     on_new_size, on_old_stamp : str
         Reaction to a frame of another size, or of a stamp before the last one: ``"reset"`` forgets the tracks,
         ``"error"`` raises an `InputError`.

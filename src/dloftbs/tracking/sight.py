@@ -126,6 +126,10 @@ class Sight:
         self.unseen_s, self.mean_unseen_s = unseen_s, float(unseen_s.mean())
         self.confidence = float(np.exp2(unseen_s / -_HALF_LIFE_S).sum()) / SAMPLES
 
+    def confidence_after(self, seconds: float) -> float:
+        """Return the confidence in the whole curve after so many more seconds in which nothing of it is seen."""
+        return self.confidence * 2.0 ** (-seconds / _HALF_LIFE_S)
+
     def confidence_in(self, span: tuple[float, float]) -> float:
         """Return the confidence in a span of the curve."""
         unseen_s = self.unseen_s[samples_within((span,))]

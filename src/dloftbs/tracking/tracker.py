@@ -25,18 +25,13 @@ from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.observation import Observation, make_observations
 from dloftbs.tracking.partial_match import TrackObservation
 from dloftbs.tracking.publication import make_hidden_curve, to_track
+from dloftbs.tracking.stream_clock import ROUNDING_S, Step, StreamClock
 from dloftbs.tracking.track_confidence import probability_of, signs_of
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import extrapolated_time, move_curve
 from dloftbs.tracking.track_update import update_seen
 
 _log = logging.getLogger("dloftbs.tracking")
-
-_ROUNDING_S = 1e-6
-"""Difference of two time stamps that are the same, s.
-
-Source: numerics; seconds since 1970 are rounded to 0.24e-6 as floating-point numbers.
-"""
 
 
 class Tracker:
@@ -76,7 +71,7 @@ class Tracker:
         self._filters: dict[int, tuple[CurveFilter, CurveFilter]] = {}  # in the image and in space, by id
         self._ids = Ids()
         self._branches = BranchRoles()
-        self._stamp: float | None = None
+        self._clock = StreamClock(self._config.frame_s)
         self._view = View()
 
     def __repr__(self) -> str:
@@ -102,7 +97,7 @@ class Tracker:
         self._hypotheses, self._tracks, self._lost = [Hypothesis([])], (), ()
         self._filters = {}
         self._branches = BranchRoles()
-        self._stamp, self._view = None, View()
+        self._clock, self._view = StreamClock(self._config.frame_s), View()
 
     def update(
         self,
@@ -125,7 +120,8 @@ class Tracker:
             Curves are in the image, px.
         stamp : float, optional
             Seconds. Without stamps, `TrackingConfig.frame_s` has passed. A frame with the stamp of the last one, to a
-            microsecond, is a repetition: nothing changes.
+            microsecond, is a repetition: nothing changes. A pause longer than `TrackingConfig.keep_lost_s` ends all
+            tracks.
         size : (int, int), optional
             ``(H, W)`` of the frame, px: an object that leaves the image is then known to continue outside.
         widths : sequence of float, optional
@@ -149,12 +145,13 @@ class Tracker:
             the stamp lies before its.
         """
         observations = make_observations(detections, widths)
-        dt = self._advance(stamp, size, occlusion)
+        step = self._advance(stamp, size, occlusion)
+        dt = step.seconds
         self._view.outline = outline
         observations = with_appearances(observations, occlusion)
         if dt == 0.0:
             return self._tracks
-        self._update_tracks(observations, dt)
+        self._update_tracks(observations, step)
         # Of each, since to publish a track is to record its ends, by which later frames are read.
         likeliest, *others = self._hypotheses
         published, lost = _publish(likeliest.models, self._view, dt, self._hypotheses)
@@ -167,19 +164,17 @@ class Tracker:
     def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
         """Predict the curves of confirmed and hidden tracks at a time, or in the next frame; nothing changes.
 
-        There are none at a time before the last frame's: a frame of that time would be of another stream.
+        There are none at a time before the last frame's: a frame of that time would be of another stream. The longer
+        frames have been missing by then, the less sure the predictions are, and the tracks end as in `update`.
         """
-        dt, stamp = self._config.frame_s, check_stamp(stamp)
-        if stamp is not None and self._stamp is not None:
-            dt = stamp - self._stamp
-            if dt < -_ROUNDING_S:
-                return ()
-            dt = max(dt, 0.0)
-        duration = extrapolated_time(dt)
+        step = self._clock.step_to(check_stamp(stamp))
+        if step.seconds < 0.0:
+            return ()
+        duration = extrapolated_time(step.seconds)
         return tuple(
             Prediction(
                 move_curve(model.curve, model.motion.velocity, duration),
-                model.sight.confidence * model.belief.probability,
+                model.sight.confidence_after(step.frameless_s) * model.belief.probability,
                 model.sight.unseen_spans,
                 model.id,
                 None if math.isnan(model.width) else model.width,
@@ -187,11 +182,11 @@ class Tracker:
                 model.sight.inferred,
             )
             for model in self._hypotheses[0].models
-            if model.state is not TrackState.TENTATIVE
+            if model.state is not TrackState.TENTATIVE and self._is_kept(model, step.frameless_s)
         )
 
-    def _advance(self, stamp: float | None, size: tuple[int, int] | None, occlusion: OcclusionEvidence | None) -> float:
-        """Return the seconds since the last frame; forget the tracks if this frame does not continue the stream."""
+    def _advance(self, stamp: float | None, size: tuple[int, int] | None, occlusion: OcclusionEvidence | None) -> Step:
+        """Return the time since the last frame; forget the tracks if this frame does not continue the stream."""
         stamp, size = check_stamp(stamp), None if size is None else check_size("size", size, 0)
         if occlusion is not None:
             check_type("occlusion", occlusion, OcclusionEvidence)
@@ -201,18 +196,11 @@ class Tracker:
         known = self._view.size
         if size is not None and known is not None and size != known:
             self._break_off("on_new_size", f"the frame has the size {size}, the ones before {known}")
-        dt = self._config.frame_s
-        if stamp is not None and self._stamp is not None:
-            dt = stamp - self._stamp
-            if abs(dt) <= _ROUNDING_S:
-                stamp, dt = self._stamp, 0.0
-            elif dt < 0.0:
-                told = f"the frame's stamp {stamp} lies before the last one's {self._stamp}"
-                self._break_off("on_old_stamp", told)
-                dt = self._config.frame_s
-        self._stamp = self._stamp if stamp is None else stamp
+        if self._clock.step_to(stamp).seconds < 0.0:
+            told = f"the frame's stamp {stamp} lies before the last one's {self._clock.stamp}"
+            self._break_off("on_old_stamp", told)
         self._view = View(size or self._view.size, occlusion)
-        return dt
+        return self._clock.advance(stamp)
 
     def _break_off(self, setting: str, told: str) -> None:
         """Forget all tracks, as a frame does not continue the stream, or raise an error, as a setting says."""
@@ -221,25 +209,24 @@ class Tracker:
         _log.warning("%s: all tracks are forgotten", told)
         self.reset()
 
-    def _update_tracks(self, observations: Sequence[Observation], dt: float) -> None:
+    def _update_tracks(self, observations: Sequence[Observation], step: Step) -> None:
         """Update the hypotheses by a frame's observations, each by the likeliest readings of it."""
         continuations: list[Continuation] = []
         is_compared, roles = len(self._hypotheses) > 1, self._branches.known(observations)
         for hypothesis in self._hypotheses:
-            for model in hypothesis.models:
-                model.predict(dt)
+            models = [model for model in hypothesis.models if self._is_kept(model, step.frameless_s)]
+            for model in models:
+                model.predict(step.seconds)
             gate = self._config.gate
-            readings = associate(
-                hypothesis.models, observations, self._view, gate, roles=roles, is_compared=is_compared
-            )
-            continuations += continue_with(hypothesis, readings)
+            readings = associate(models, observations, self._view, gate, roles=roles, is_compared=is_compared)
+            continuations += continue_with(hypothesis._replace(models=models), readings)
         kept = select_likeliest(continuations)
         self._ids.start_frame()
         self._hypotheses = []
         for k, one in enumerate(kept):
             goes_on = any(other.models is one.models for other in kept[k + 1 :])
             models = [model.copied() for model in one.models] if goes_on else one.models
-            followed = self._follow(models, one.reading.shown, observations, dt)
+            followed = self._follow(models, one.reading.shown, observations, step.seconds)
             self._hypotheses.append(Hypothesis(followed, one.nats - kept[0].nats))
 
     def _follow(
@@ -275,10 +262,13 @@ class Tracker:
                 result.append(model)
         return sorted(result, key=lambda model: model.id)
 
+    def _is_kept(self, model: TrackModel, seconds: float) -> bool:
+        """Return whether a track goes on if nothing of it is seen for some more time."""
+        return model.missing_s + seconds <= self._config.keep_lost_s + ROUNDING_S
+
     def _continues_unseen(self, model: TrackModel, dt: float) -> bool:
         """Extrapolate a track that was not seen; return False if it has ended."""
-        too_long = model.missing_s + dt > self._config.keep_lost_s + _ROUNDING_S
-        if too_long or (model.state is TrackState.TENTATIVE and model.existence.is_spent):
+        if not self._is_kept(model, dt) or (model.state is TrackState.TENTATIVE and model.existence.is_spent):
             return False
         model.update_unseen(self._view, dt)
         return True

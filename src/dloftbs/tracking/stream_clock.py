@@ -1,0 +1,79 @@
+"""Time of a stream: how long each frame took, and how much of that the stream had no frames."""
+
+from __future__ import annotations
+
+from collections import deque
+from statistics import median_low
+from typing import NamedTuple
+
+ROUNDING_S = 1e-6
+"""Difference of two time stamps that are the same, s.
+
+Source: numerics; seconds since 1970 are rounded to 0.24e-6 as floating-point numbers.
+"""
+
+_FIRST_S = 0.25
+"""Time that a frame may take before the stream has shown how long one takes, s.
+
+Source: by hand; a camera of four frames a second.
+"""
+
+_RECENT_FRAMES = 5
+"""Number of frames whose median time is that of a frame.
+
+Source: by hand; two pauses among them do not count.
+"""
+
+
+class Step(NamedTuple):
+    """Time from a stream's last frame to the next one.
+
+    Parameters
+    ----------
+    seconds : float
+        0 if the next frame is the last one once more, negative if it comes before it.
+    frameless_s : float
+        Seconds of these in which further frames were due, and none came: the stream paused, or frames were dropped.
+    """
+
+    seconds: float
+    frameless_s: float
+
+
+class StreamClock:
+    """Time of a stream by the stamps of its frames.
+
+    Parameters
+    ----------
+    frame_s : float
+        Seconds that a frame without a stamp takes. No frame is due sooner.
+    """
+
+    def __init__(self, frame_s: float) -> None:
+        self._frame_s = frame_s
+        self._stamp: float | None = None
+        self._recent = deque[float](maxlen=_RECENT_FRAMES)
+
+    @property
+    def stamp(self) -> float | None:
+        """The last stamp, None before the first one."""
+        return self._stamp
+
+    def step_to(self, stamp: float | None) -> Step:
+        """Return the time from the last frame to a stamp, or to a frame without one."""
+        seconds = self._frame_s
+        if stamp is not None and self._stamp is not None:
+            seconds = stamp - self._stamp
+            if abs(seconds) <= ROUNDING_S:
+                return Step(0.0, 0.0)
+        due = max(self._frame_s, median_low(self._recent) if self._recent else _FIRST_S)
+        return Step(seconds, seconds - due if round(seconds / due) > 1 else 0.0)
+
+    def advance(self, stamp: float | None) -> Step:
+        """Go on to the next frame, and return the time that it took."""
+        step = self.step_to(stamp)
+        if stamp is not None and step.seconds:
+            if self._stamp is not None:
+                self._recent.append(step.seconds)
+            self._stamp = stamp
+        return step
