@@ -255,6 +255,18 @@ class TestTime:
         assert tracker.predict(19 * FRAME_S + 0.7) == ()
         assert ids(tracker.update([wave()], 19 * FRAME_S + 0.7)) == [2]
 
+    @pytest.mark.parametrize("frames", [1, 5])
+    @pytest.mark.parametrize("are_dropped", [True, False])
+    def test_dropped_frames_widen_the_gate_as_empty_ones_do(self, frames, are_dropped):
+        tracker = Tracker()
+        for step in range(frames):
+            tracker.update([level(0.0, 400.0), level(300.0, 400.0)], step * FRAME_S)
+        for step in range(0 if are_dropped else 29):
+            tracker.update([], (frames + step) * FRAME_S)
+        tracks = tracker.update([level(60.0, 400.0), level(360.0, 400.0)], (frames + 29) * FRAME_S)
+        assert ids(tracks) == [1, 2]
+        assert [track.curve(0.5)[1] for track in tracks] == pytest.approx([60.0, 360.0])
+
     def test_a_prediction_is_the_less_sure_the_longer_the_stream_pauses(self):
         tracker = Tracker()
         for step in range(6):

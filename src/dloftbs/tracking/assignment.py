@@ -127,7 +127,8 @@ def assign(
 
 def compute_gates(models: Sequence[TrackModel], lengths: FloatArray, share: float) -> FloatArray:
     """Return the largest distance for each pair, shape (tracks, observations)."""
-    widening = [min(1.0 + WIDENING_PER_S * m.sight.mean_unseen_s, MAX_WIDENING) * share for m in models]
+    unseen_s = [m.sight.mean_unseen_s + m.frameless_s for m in models]
+    widening = [min(1.0 + WIDENING_PER_S * seconds, MAX_WIDENING) * share for seconds in unseen_s]
     least = [0.0 if math.isnan(m.width) else _MIN_GATE_WIDTHS * m.width for m in models]
     mean = np.sqrt(np.multiply.outer([m.length for m in models], lengths))
     gates: FloatArray = np.maximum(np.array(widening)[:, None] * mean, np.array(least)[:, None])

@@ -113,8 +113,8 @@ class SampleGraph:
     def find_route(self, model: TrackModel, others: npt.NDArray[np.bool_]) -> Route:
         """Find the cheapest route of a track; claimed samples have an extra cost, and those of `others`, parts."""
         count = self.last_node(model) + 1
-        reach, unseen_s = max(_REACH_WIDTHS * model.width_or_0, _REACH_SHARE * model.length), model.sight.unseen_s
-        nodes = kernels.place_nodes(model.predicted, unseen_s, reach, count)
+        reach = max(_REACH_WIDTHS * model.width_or_0, _REACH_SHARE * model.length)
+        nodes = kernels.place_nodes(model.predicted, model.sight.unseen_s, model.frameless_s, reach, count)
         assignment = np.empty(count, np.int64)
         self._samples[:, 4] = _CLAIMED_COST * (self.claimed.astype(np.float64) + others[self._part_of])
         step, slack = model.length / (count - 1), model.position_tolerance_px + self._spacing

@@ -23,6 +23,7 @@ from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
 from dloftbs.tracking.separation import Separation
 from dloftbs.tracking.sight import Sight, Spans
+from dloftbs.tracking.stream_clock import Step
 from dloftbs.tracking.track_motion import JUMP_SHARE, Motion, extrapolated_time, move_curve
 
 _LENGTH_SHARE, _LENGTH_WIDTHS = 0.004, 0.3
@@ -53,6 +54,8 @@ class TrackModel:
         The samples when the whole object was last seen.
     predicted : numpy.ndarray, shape (SAMPLES, 2)
         The samples where this frame is expected to show them.
+    frameless_s : float
+        Seconds before this frame in which frames were due, and none came.
     width : float
         px; NaN while it is unknown.
     lengths : LengthRecord
@@ -91,6 +94,7 @@ class TrackModel:
     width: float
     lengths: LengthRecord
     sight: Sight
+    frameless_s: float = 0.0
     motion: Motion = field(default_factory=Motion)
     separation: Separation = field(default_factory=Separation)
     apart: frozenset[int] = frozenset()
@@ -156,9 +160,10 @@ class TrackModel:
             return in_view
         return self.length if math.isnan(usual) else usual
 
-    def predict(self, dt: float) -> None:
-        """Predict the samples after some seconds."""
-        self.predicted = self.points + extrapolated_time(dt) * self.motion.velocity
+    def predict(self, step: Step) -> None:
+        """Predict the samples in the next frame."""
+        self.predicted = self.points + extrapolated_time(step.seconds) * self.motion.velocity
+        self.frameless_s = step.frameless_s
 
     def length_in_view(self, observation: Observation) -> float:
         """Return the length, px, of the object at the scale of an observation, by metres; NaN if they are unknown."""

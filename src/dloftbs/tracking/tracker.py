@@ -216,7 +216,7 @@ class Tracker:
         for hypothesis in self._hypotheses:
             models = [model for model in hypothesis.models if self._is_kept(model, step.frameless_s)]
             for model in models:
-                model.predict(step.seconds)
+                model.predict(step)
             gate = self._config.gate
             readings = associate(models, observations, self._view, gate, roles=roles, is_compared=is_compared)
             continuations += continue_with(hypothesis._replace(models=models), readings)

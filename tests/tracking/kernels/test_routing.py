@@ -445,12 +445,14 @@ def test_a_node_in_a_crowd_is_seen_at_what_fits_best():
     assert price < 0.01
 
 
+@pytest.mark.parametrize("frameless_s", [0.0, 0.1])
 @pytest.mark.parametrize("count", [2, 5, 64, 120])
-def test_nodes_lie_evenly_along_the_curve_and_reach_farther_where_it_is_unseen(count: int) -> None:
+def test_nodes_lie_evenly_along_the_curve_and_reach_farther_where_it_is_unseen(count: int, frameless_s: float) -> None:
     rng = np.random.default_rng(count)
     predicted, unseen_s = rng.normal(size=(64, 2)), np.maximum(rng.normal(size=64), 0.0)
-    reach, hidden = 8.0 * np.minimum(1.0 + 4.0 * unseen_s, 3.0), np.where(unseen_s > 0.0, 0.4, 1.0)
+    reach = 8.0 * np.minimum(1.0 + 4.0 * (unseen_s + frameless_s), 3.0)
+    hidden = np.where(unseen_s > 0.0, 0.4, 1.0)
     even, at = np.linspace(0.0, 1.0, 64), np.linspace(0.0, 1.0, count)
     expected = [np.interp(at, even, column) for column in (*predicted.T, reach, hidden)]
-    nodes = kernels.place_nodes(predicted, unseen_s, 8.0, count)
+    nodes = kernels.place_nodes(predicted, unseen_s, frameless_s, 8.0, count)
     np.testing.assert_allclose(nodes, np.stack(expected, axis=1), rtol=0.0, atol=1e-12)

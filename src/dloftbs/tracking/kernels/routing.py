@@ -185,8 +185,8 @@ def _find_candidates(k: int, problem: _Problem, steps_per_px: float, candidates:
     candidates.sizes[k] = count
 
 
-@kernel(read(float64, 2), read(float64, 1), float64, int64)
-def place_nodes(predicted: _Floats, unseen_s: _Floats, reach: float, count: int) -> _Floats:
+@kernel(read(float64, 2), read(float64, 1), float64, float64, int64)
+def place_nodes(predicted: _Floats, unseen_s: _Floats, frameless_s: float, reach: float, count: int) -> _Floats:
     """Place the nodes of a known curve evenly along it.
 
     Parameters
@@ -194,7 +194,9 @@ def place_nodes(predicted: _Floats, unseen_s: _Floats, reach: float, count: int)
     predicted : (m, 2) float64
         Samples of it at even parameters, px.
     unseen_s : (m,) float64
-        Seconds since each was last seen.
+        Seconds from when each was last seen to the last frame.
+    frameless_s : float
+        Seconds since then in which frames were due, and none came.
     reach : float
         Largest distance of what may be a node that was just seen, px.
     count : int
@@ -208,7 +210,7 @@ def place_nodes(predicted: _Floats, unseen_s: _Floats, reach: float, count: int)
     samples, nodes = np.empty((len(predicted), 4)), np.empty((count, 4))
     for i in range(len(predicted)):
         samples[i, 0], samples[i, 1] = predicted[i, 0], predicted[i, 1]
-        samples[i, 2] = reach * min(1.0 + WIDENING_PER_S * unseen_s[i], MAX_WIDENING)
+        samples[i, 2] = reach * min(1.0 + WIDENING_PER_S * (unseen_s[i] + frameless_s), MAX_WIDENING)
         samples[i, 3] = _STILL_HIDDEN_COST if unseen_s[i] > 0.0 else _HIDDEN_COST
     for k in range(count):
         for d in range(4):
