@@ -56,6 +56,20 @@ def test_a_stream_that_is_known_to_be_slow_has_no_pause_at_the_start() -> None:
     assert [clock.advance(stamp) for stamp in (0.0, 5.0, None)] == [Step(5.0, 0.0)] * 3
 
 
+def test_the_time_of_frames_without_a_stamp_is_counted_once() -> None:
+    clock = clock_after([0.0, None, None])
+    assert clock.step_to(0.2).seconds == pytest.approx(0.2 - 2.0 * FRAME_S)
+    assert clock.advance(0.2).seconds == pytest.approx(0.2 - 2.0 * FRAME_S)
+    assert clock.advance(0.3).seconds == pytest.approx(0.1)
+
+
+def test_frames_without_a_stamp_that_took_less_than_assumed_leave_no_time_but_some() -> None:
+    clock = clock_after([0.0, None, None])
+    assert 0.0 < clock.step_to(0.05).seconds <= 1e-6
+    assert clock.step_to(0.0) == Step(0.0, 0.0)
+    assert clock.step_to(-0.01).seconds == -0.01
+
+
 def test_a_repetition_and_an_earlier_stamp_take_no_time() -> None:
     clock = clock_after([0.0, 1.0])
     assert clock.advance(1.0 + 1e-7) == Step(0.0, 0.0)

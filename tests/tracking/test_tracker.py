@@ -255,6 +255,13 @@ class TestTime:
         assert tracker.predict(19 * FRAME_S + 0.7) == ()
         assert ids(tracker.update([wave()], 19 * FRAME_S + 0.7)) == [2]
 
+    def test_a_steady_motion_is_measured_where_every_second_frame_has_a_stamp(self):
+        tracker = Tracker()
+        for step in range(20):
+            (track,) = tracker.update([level(180.0 * step * FRAME_S)], None if step % 2 else step * FRAME_S)
+            if step >= 10:
+                assert track.velocity[:, 1] == pytest.approx(180.0, rel=1e-3)
+
     @pytest.mark.parametrize("frames", [1, 5])
     @pytest.mark.parametrize("are_dropped", [True, False])
     def test_dropped_frames_widen_the_gate_as_empty_ones_do(self, frames, are_dropped):

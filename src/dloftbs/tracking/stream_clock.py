@@ -41,7 +41,7 @@ class Step(NamedTuple):
 
 
 class StreamClock:
-    """Time of a stream by the stamps of its frames.
+    """Time of a stream by the stamps of its frames; those without one come between the stamps before and after.
 
     Parameters
     ----------
@@ -52,6 +52,7 @@ class StreamClock:
     def __init__(self, frame_s: float) -> None:
         self._frame_s = frame_s
         self._stamp: float | None = None
+        self._assumed_s = 0.0  # by the frames without a stamp since then
         self._recent = deque[float](maxlen=_RECENT_FRAMES)
 
     @property
@@ -63,17 +64,21 @@ class StreamClock:
         """Return the time from the last frame to a stamp, or to a frame without one."""
         seconds = self._frame_s
         if stamp is not None and self._stamp is not None:
-            seconds = stamp - self._stamp
-            if abs(seconds) <= ROUNDING_S:
+            since_stamp = stamp - self._stamp
+            if abs(since_stamp) <= ROUNDING_S:
                 return Step(0.0, 0.0)
+            # Frames without a stamp may have taken less than was assumed, but no frame takes no time.
+            seconds = since_stamp if since_stamp < 0.0 else max(since_stamp - self._assumed_s, ROUNDING_S)
         due = max(self._frame_s, median_low(self._recent) if self._recent else _FIRST_S)
         return Step(seconds, seconds - due if round(seconds / due) > 1 else 0.0)
 
     def advance(self, stamp: float | None) -> Step:
         """Go on to the next frame, and return the time that it took."""
         step = self.step_to(stamp)
-        if stamp is not None and step.seconds:
+        if stamp is None:
+            self._assumed_s += step.seconds
+        elif step.seconds:
             if self._stamp is not None:
                 self._recent.append(step.seconds)
-            self._stamp = stamp
+            self._stamp, self._assumed_s = stamp, 0.0
         return step
