@@ -90,9 +90,10 @@ class TestDetect:
         for config in (None, Config.paper()):
             (found,) = dloftbs.detect(mask_of(), depth=np.full(SIZE, 500.0), camera=CAMERA, config=config)
             assert found.curve_3d is None
-            assert "the median of the depth is 500, and floating-point depth is in metres" in str(found.no_3d_reason)
+            assert "the median of the depth is 500 m, beyond lifting.max_depth_m (20 m)" in str(found.no_3d_reason)
+            assert "floating-point depth is taken for metres; is it in metres?" in str(found.no_3d_reason)
         (found,) = dloftbs.detect(mask_of(), depth=np.zeros(SIZE), camera=CAMERA)
-        assert "millimetres" not in str(found.no_3d_reason)
+        assert "metres" not in str(found.no_3d_reason)
 
     def test_the_result_keeps_its_frame_and_a_notebook_shows_it(self) -> None:
         mask = mask_of()

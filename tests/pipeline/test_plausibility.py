@@ -65,15 +65,26 @@ def test_the_limits_are_exact(size: tuple[int, int]) -> None:
         assert is_refused(mask) is refused
 
 
-@pytest.mark.parametrize(("unit_m", "hints"), [(1.0, False), (0.001, True)])
+@pytest.mark.parametrize(("unit_m", "hints"), [(1.0, False), (0.01, True), (0.001, True)])
 @pytest.mark.parametrize("known", [1.0, 0.3])
-def test_millimetres_in_floating_point_are_hinted_at(unit_m: float, hints: bool, known: float) -> None:
+def test_floating_point_depth_that_is_hardly_in_metres_is_hinted_at(unit_m: float, hints: bool, known: float) -> None:
     rng = np.random.default_rng(0)
     depth = rng.uniform(0.5, 0.9, (240, 320)) / unit_m
     depth[rng.random(depth.shape) > known] = rng.choice([0.0, np.nan, np.inf])
-    assert ("multiply millimetres by 0.001" in unit_hint(depth, LiftingConfig())) is hints
+    hint = unit_hint(depth, 0.001, LiftingConfig())
+    assert ("is it in metres?" in hint) is hints
+    assert "0.001" not in hint  # any factor would be a guess
 
 
-def test_nothing_is_hinted_at_without_depth_or_of_counts() -> None:
-    assert unit_hint(np.zeros((24, 32)), LiftingConfig()) == ""
-    assert unit_hint(np.full((24, 32), 60_000, np.uint16), LiftingConfig()) == ""
+def test_counts_of_another_unit_are_hinted_at_with_what_sets_it() -> None:
+    depth = np.full((24, 32), 26_000, np.uint16)
+    hint = unit_hint(depth, 0.001, LiftingConfig())
+    assert "the median of the depth is 26 m, beyond lifting.max_depth_m (20 m): is a count of the depth 1 mm?" in hint
+    assert "depth_unit_m (--depth-unit)" in hint
+    assert unit_hint(depth, 0.0001, LiftingConfig()) == ""
+    assert unit_hint(depth, 0.001, LiftingConfig(max_depth_m=30.0)) == ""
+
+
+@pytest.mark.parametrize("depth", [np.zeros((24, 32)), np.zeros((24, 32), np.uint16), np.full((24, 32), np.nan)])
+def test_nothing_is_hinted_at_without_depth(depth: np.ndarray) -> None:
+    assert unit_hint(depth, 0.001, LiftingConfig()) == ""

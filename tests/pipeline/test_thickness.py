@@ -56,6 +56,15 @@ def test_the_unit_that_fits_is_named_once(
         assert "or check the camera's focal length" in caplog.messages[0]
 
 
+def test_a_unit_that_puts_a_cable_beyond_what_is_read_is_named_in_the_reason() -> None:
+    (cable,) = dloftbs.detect(frame(2.3, 0.0001))
+    assert cable.curve_3d is None
+    reason = cable.no_3d_reason or ""
+    assert "median of the depth is 23 m" in reason
+    assert "--depth-unit" in reason
+    assert dloftbs.detect(frame(2.3, 0.0001, depth_unit_m=0.0001))[0].curve_3d is not None
+
+
 def test_what_is_named_is_plausible(caplog: pytest.LogCaptureFixture) -> None:
     for metres in np.geomspace(0.1, 1.5, 8):
         with caplog.at_level(logging.WARNING, "dloftbs"):

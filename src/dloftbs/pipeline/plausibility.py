@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from dloftbs.config import DepthConfig, SegmentationConfig
+from dloftbs.data.depth import unit_of
 from dloftbs.support.arrays import AnyArray, as_bytes
 
 GRID_PX = 8
@@ -83,15 +84,14 @@ def _is_along_cable(mask: AnyArray) -> bool:
     return columns >= _STRIP_SIDES * rows and np.count_nonzero(along[[0, -1]]) <= columns
 
 
-def unit_hint(depth: AnyArray, config: DepthConfig) -> str:
-    """Return the end of a reason why depth says nothing, if most of it would say something in millimetres."""
-    if depth.dtype.kind != "f":
-        return ""
+def unit_hint(depth: AnyArray, depth_unit_m: float, config: DepthConfig) -> str:
+    """Return the end of a reason why depth says nothing, if most of it is farther than what is read."""
     depth = depth[::GRID_PX, ::GRID_PX]
-    values = depth[np.isfinite(depth) & (depth > 0.0)]
-    if values.size == 0 or np.median(values) <= config.range_m[1]:
+    values = depth[np.isfinite(depth) & (depth > 0)]
+    median_m = float(np.median(values)) * unit_of(depth, depth_unit_m) if values.size else 0.0
+    if median_m <= config.range_m[1]:
         return ""
-    return (
-        f"; the median of the depth is {np.median(values):.4g}, and floating-point depth is in metres: "
-        "multiply millimetres by 0.001"
-    )
+    found = f"; the median of the depth is {median_m:.4g} m, beyond lifting.max_depth_m ({config.range_m[1]:g} m)"
+    if depth.dtype.kind == "f":
+        return f"{found}: floating-point depth is taken for metres; is it in metres?"
+    return f"{found}: is a count of the depth {1e3 * depth_unit_m:g} mm? Else set depth_unit_m (--depth-unit)"

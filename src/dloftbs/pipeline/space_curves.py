@@ -43,7 +43,8 @@ def with_curves_in_space(
         readable = ReadableDepth.of(depth, frame.depth_unit_m, config.lifting)
         lifted = lift(detections, crossings, crop, readable, camera, depth_edges)
         found = [_fit_in_space(*one, camera, knots) for one in zip(detections, lifted, strict=True)]
-    if any(detection.curve_3d is None for detection in found) and (hint := unit_hint(depth, config.lifting)):
+    if any(detection.curve_3d is None for detection in found):
+        hint = unit_hint(depth, frame.depth_unit_m, config.lifting)
         found = [replace(d, no_3d_reason=f"{d.no_3d_reason}{hint}") if d.curve_3d is None else d for d in found]
     return tuple(found)
 
