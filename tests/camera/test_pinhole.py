@@ -313,12 +313,22 @@ def test_a_camera_from_its_matrix():
     assert PinholeCamera.from_matrix(camera.matrix, distortion, size=(480, 640)) == camera
 
 
+def test_a_matrix_that_is_a_product_may_be_rounded():
+    camera = camera_with("webcam")
+    for place, error in (((0, 1), 1e-13), ((0, 1), -5e-4), ((1, 0), 1e-13), ((2, 0), -1e-16), ((2, 2), 1e-12)):
+        matrix = camera.matrix
+        matrix[place] += error
+        assert PinholeCamera.from_matrix(matrix, camera.distortion, size=(480, 640)) == camera
+
+
 @pytest.mark.parametrize(
     ("matrix", "message"),
     [
         ([[600, 1.5, 320], [0, 600, 240], [0, 0, 1]], r"skew is not supported: K\[0, 1\] must be 0, got 1.5"),
         ([[600, 0, 320], [0, 600, 240], [0, 0, 2]], "must be \\[\\[fx, 0, cx\\]"),
         ([[600, 0, 320], [1, 600, 240], [0, 0, 1]], "must be"),
+        ([[600, 1e-3, 320], [0, 600, 240], [0, 0, 1]], "skew is not supported"),
+        ([[600, 0, 320], [0, 600, 240], [0, 1e-8, 1]], "must be"),
         (np.eye(4), r"shape \(3, 3\), got \(4, 4\)"),
         ([[1, 2], [3]], "must be an array of numbers"),
         (None, "must be an array of numbers"),

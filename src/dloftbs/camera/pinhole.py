@@ -26,6 +26,17 @@ COEFFICIENT_COUNTS = {"polynomial": (0, 4, 5, 8, 12, 14), "fisheye": (4,)}
 """Numbers of coefficients that each model may have, by its name."""
 
 _SHORTEST_FOCAL_PX, _FARTHEST_PX = 1e-3, 1e7  # from images in units of their own to the longest lenses
+_LARGEST_SKEW = 1e-6
+"""Largest skew that is taken for rounding, focal lengths.
+
+Source: numerics; a matrix that is a product of others is exact to 1e-12, and of a file with seven digits to 1e-7; over
+ten thousand rows, so much skew moves a pixel by a hundredth.
+"""
+_LARGEST_ROUNDING = 1e-9
+"""Largest error of the last row of a camera matrix that is taken for rounding.
+
+Source: numerics; as above, and it is 0, 0, 1 in files.
+"""
 _LARGEST_COEFFICIENT = 1e6  # calibrations of long lenses have some thousands
 _MAX_TILT = 1.5  # rad; at a right angle, a tilted sensor sees nothing
 
@@ -93,14 +104,15 @@ class PinholeCamera:
         Raises
         ------
         InputError
-            If the matrix has another shape or form, or skew; and as the constructor.
+            If the matrix has another shape or form, or skew, by more than rounding; and as the constructor.
         """
         k = as_float_array("a camera matrix", matrix)
         if k.shape != (3, 3):
             raise InputError(f"a camera matrix must have shape (3, 3), got {k.shape}")
-        if k[0, 1] != 0.0:
+        largest_skew = _LARGEST_SKEW * abs(k[0, 0])
+        if abs(k[0, 1]) > largest_skew:
             raise InputError(f"a camera with skew is not supported: K[0, 1] must be 0, got {k[0, 1]}")
-        if k[1, 0] != 0.0 or (k[2] != (0.0, 0.0, 1.0)).any():
+        if abs(k[1, 0]) > largest_skew or (np.abs(k[2] - (0.0, 0.0, 1.0)) > _LARGEST_ROUNDING).any():
             raise InputError(f"a camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got {k.tolist()}")
         return cls(k[0, 0], k[1, 1], k[0, 2], k[1, 2], distortion, model, size)  # type: ignore[arg-type]  # any sequence
 
