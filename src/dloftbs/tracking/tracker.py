@@ -65,6 +65,7 @@ class Tracker:
 
     def __init__(self, config: TrackingConfig | None = None) -> None:
         self._config = TrackingConfig() if config is None else config
+        check_type("config", self._config, TrackingConfig)
         self._hypotheses: list[Hypothesis] = [Hypothesis([])]  # the likeliest one first
         self._tracks: tuple[Track, ...] = ()
         self._lost: tuple[Track, ...] = ()
