@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
-from builders import detection_of, line, loop, through_json, wave
+from builders import curve_through, detection_of, line, loop, through_json, wave
 from tracked_curves import CONFIRMED, FRAME_S, HIDDEN, TENTATIVE, doubtful, error_px, ids, level, see, shown_for
 
 from dloftbs.config import TrackingConfig
@@ -331,6 +331,28 @@ class TestSmoothing:
         tracker = Tracker(TrackingConfig(smoothing_s=0.2))
         (track,) = shown_for(tracker, 10, shape)
         assert error_px(track.curve, shape) < 0.1
+
+    @pytest.mark.parametrize("turns", [2, 6, 14])
+    def test_a_coil_that_stands_still_is_not_changed(self, turns):
+        angle = np.linspace(0.0, 2.0 * np.pi * turns, 60 * turns)
+        coil = np.stack((60.0 * np.cos(angle) + 4.0 * angle, 60.0 * np.sin(angle)), axis=1)
+        for shape in (
+            curve_through(coil),
+            curve_through(np.vstack((coil, [(500.0, 300.0), (-100.0, 300.0)])), closed=True),
+        ):
+            (track,) = shown_for(Tracker(TrackingConfig(smoothing_s=0.1)), 5, shape)
+            assert error_px(track.curve, shape) < 1e-6
+
+    def test_it_takes_the_noise_of_a_curve_that_stands_still(self):
+        tracker, rng = Tracker(TrackingConfig(smoothing_s=0.3)), np.random.default_rng(0)
+        still = wave().sample(25)
+        errors = []
+        for _ in range(100):
+            seen = curve_through(still + rng.normal(0.0, 0.7, still.shape))
+            (track,) = tracker.update([seen])
+            errors.append((error_px(seen, wave()), error_px(track.curve, wave())))
+        before, after = np.mean(errors[40:], axis=0)
+        assert after < 0.3 * before
 
     def test_it_begins_anew_in_space_after_frames_without_a_curve_there(self):
         tracker = Tracker(TrackingConfig(smoothing_s=0.2))

@@ -106,6 +106,6 @@ def extrapolated_time(dt: float) -> float:
 
 
 def move_curve(curve: BSplineCurve, velocity: FloatArray, seconds: float) -> BSplineCurve:
-    """Return a curve moved by its samples' velocities (SAMPLES, 2): each control point at its Greville parameter."""
+    """Return a curve moved by its samples' velocities (SAMPLES, d): each control point at its Greville parameter."""
     control = move_control_points(curve.knots, curve.control_points, velocity, seconds, curve.degree, curve.closed)
     return BSplineCurve._unchecked(curve.knots, control, curve.degree, curve.closed)

@@ -45,11 +45,12 @@ def knots_of(rng: np.random.Generator, closed: bool, even: bool) -> np.ndarray:
 
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("even", [False, True])
-def test_control_points_move_as_by_interpolation(closed: bool, even: bool) -> None:
+@pytest.mark.parametrize("dims", [2, 3])
+def test_control_points_move_as_by_interpolation(closed: bool, even: bool, dims: int) -> None:
     rng = np.random.default_rng(0)
     for _ in range(500):
         knots = knots_of(rng, closed, even)
-        control, velocity = rng.normal(size=(len(knots) - 4, 2)), rng.normal(size=(65, 2))
+        control, velocity = rng.normal(size=(len(knots) - 4, dims)), rng.normal(size=(65, dims))
         found = move_control_points(knots, control, velocity, 0.03, 3, closed)
         np.testing.assert_allclose(found, slow_move(knots, control, velocity, 0.03, 3, closed), rtol=0.0, atol=1e-12)
 

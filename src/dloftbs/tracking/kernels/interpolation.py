@@ -106,23 +106,23 @@ def move_control_points(
     Parameters
     ----------
     knots : (n + degree + 1,) float64
-    control : (n, 2) float64
-        px.
-    velocity : (m, 2) float64
-        Of samples at even parameters from 0 to 1, px a second.
+    control : (n, d) float64
+        In the plane or in space, px or m.
+    velocity : (m, d) float64
+        Of samples at even parameters from 0 to 1, a second.
     seconds : float
     degree : int
     closed : bool
 
     Returns
     -------
-    (n, 2) float64
+    (n, d) float64
     """
-    moved = np.empty((len(control), 2))
+    moved = np.empty(control.shape)
     places = np.cumsum(knots)
     for i in range(len(control)):
         u = (places[degree + i] - places[i]) / degree
         place = (u % 1.0 if closed else u) * (len(velocity) - 1)
-        for d in range(2):
+        for d in range(control.shape[1]):
             moved[i, d] = control[i, d] + seconds * value_at(velocity, place, d)
     return moved
