@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import cv2
 import numpy as np
 
@@ -51,7 +53,7 @@ def test_roles_are_those_of_the_last_frame_with_the_same_structure() -> None:
     pipeline, known = Pipeline(branched=True), BranchRoles()
     result = pipeline.process(mask_of(0))
     assert known.known(observations_of(0)) == {}
-    known.record(make_observations(list(result)), result.tracks)
+    known.record(make_observations(list(result)), result.tracks, {track.id for track in result.tracks})
     assert sorted(known.known(observations_of(0))) == [track.id for track in result.tracks]
     assert known.known(observations_of(0, 2)) == {}
     assert known.known(observations_of(0, 1)) == {}
@@ -59,5 +61,17 @@ def test_roles_are_those_of_the_last_frame_with_the_same_structure() -> None:
 
 def test_roles_are_kept_of_tracks_that_run_against_their_detections() -> None:
     result, known = Pipeline(branched=True).process(mask_of(0)), BranchRoles()
-    known.record(make_observations([one.reversed() for one in result]), result.tracks)
+    held = {track.id for track in result.tracks}
+    known.record(make_observations([one.reversed() for one in result]), result.tracks, held)
     assert sorted(known.known(observations_of(0))) == [track.id for track in result.tracks]
+
+
+def test_roles_are_forgotten_with_the_first_of_their_tracks() -> None:
+    result, known = Pipeline(branched=True).process(mask_of(0)), BranchRoles()
+    held = {track.id for track in result.tracks}
+    known.record(make_observations(list(result)), result.tracks, held)
+    known.record([], [], held | {99})
+    assert known.known(observations_of(0))
+    known.record([], [], held - {1})
+    assert known.known(observations_of(0)) == {}
+    assert len(pickle.dumps(known)) == len(pickle.dumps(BranchRoles()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -27,8 +27,12 @@ class BranchRoles:
         """Return the roles in the last frame with as many branches of each kind; none without branch points."""
         return self._of_structure.get(_structure(observations), {})
 
-    def record(self, observations: Sequence[Observation], tracks: Sequence[Track]) -> None:
-        """Keep the roles of a frame, if each of its branches is one track."""
+    def record(self, observations: Sequence[Observation], tracks: Sequence[Track], held_ids: Set[int]) -> None:
+        """Keep the roles of a frame, if each of its branches is one track.
+
+        Those that need a track which is not held any more are forgotten: nothing can match them.
+        """
+        self._of_structure = {key: roles for key, roles in self._of_structure.items() if roles.keys() <= held_ids}
         structure = _structure(observations)
         if structure:
             branches = [one.detection for one in observations if one.detection is not None and ends_that_meet(one)]

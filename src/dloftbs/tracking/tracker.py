@@ -159,7 +159,7 @@ class Tracker:
         for one in others:
             _publish(one.models, self._view, dt)
         self._tracks, self._lost = self._smooth(published, dt), tuple(lost)
-        self._branches.record(observations, self._tracks)
+        self._branches.record(observations, self._tracks, self._held_ids)
         return self._tracks
 
     def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
