@@ -6,11 +6,7 @@ from collections import deque
 from statistics import median_low
 from typing import NamedTuple
 
-ROUNDING_S = 1e-6
-"""Difference of two time stamps that are the same, s.
-
-Source: numerics; seconds since 1970 are rounded to 0.24e-6 as floating-point numbers.
-"""
+from dloftbs.support.values import ROUNDING_S
 
 _FIRST_S = 0.25
 """Time that a frame may take before the stream has shown how long one takes, s.

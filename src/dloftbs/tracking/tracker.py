@@ -15,7 +15,7 @@ from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.support.arrays import FloatArray
-from dloftbs.support.values import check_size, check_stamp, check_type, count_of
+from dloftbs.support.values import ROUNDING_S, check_size, check_stamp, check_type, count_of
 from dloftbs.tracking.appearance import with_appearances
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.branch_roles import BranchRoles
@@ -25,7 +25,7 @@ from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.observation import Observation, make_observations
 from dloftbs.tracking.partial_match import TrackObservation
 from dloftbs.tracking.publication import make_hidden_curve, to_track
-from dloftbs.tracking.stream_clock import ROUNDING_S, Step, StreamClock
+from dloftbs.tracking.stream_clock import Step, StreamClock
 from dloftbs.tracking.track_confidence import probability_of, signs_of
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import extrapolated_time, move_curve
