@@ -8,12 +8,6 @@ from typing import NamedTuple
 
 from dloftbs.support.values import ROUNDING_S
 
-_FIRST_S = 0.25
-"""Time that a frame may take before the stream has shown how long one takes, s.
-
-Source: by hand; a camera of four frames a second.
-"""
-
 _RECENT_FRAMES = 5
 """Number of frames whose median time is that of a frame.
 
@@ -65,7 +59,8 @@ class StreamClock:
                 return Step(0.0, 0.0)
             # Frames without a stamp may have taken less than was assumed, but no frame takes no time.
             seconds = since_stamp if since_stamp < 0.0 else max(since_stamp - self._assumed_s, ROUNDING_S)
-        due = max(self._frame_s, median_low(self._recent) if self._recent else _FIRST_S)
+        # Until the stream has shown how long a frame takes, none is due.
+        due = max(self._frame_s, median_low(self._recent) if self._recent else seconds)
         return Step(seconds, seconds - due if round(seconds / due) > 1 else 0.0)
 
     def advance(self, stamp: float | None) -> Step:
