@@ -478,10 +478,10 @@ class TestInstances:
 
     def test_labels_that_a_mask_holds_stay_the_mask(self) -> None:
         labels = np.select(self.MASKS, [1, 2]).astype(np.uint8)
-        for mask_is in ("auto", "labels"):
+        for mask_is, instances in (("auto", None), ("labels", labels)):
             result = dloftbs.detect(labels, mask_is=mask_is)
-            assert result.frame.instances is None
             np.testing.assert_array_equal(result.frame.mask, labels)
+            np.testing.assert_array_equal(result.frame.instances, instances)
 
     def test_a_region_cuts_them(self) -> None:
         (found,) = dloftbs.detect(instances=list(self.SAM), roi=(0, 80, 200, 40))

@@ -193,7 +193,7 @@ def test_one_file_beside_another(tmp_path):
 @pytest.mark.parametrize(
     ("pixels", "message"),
     [
-        (np.zeros(SHAPE, np.uint8), "16 bits or floating point.*uint8"),
+        (np.zeros(SHAPE, np.uint8), "16 bits or more or of floating point.*uint8"),
         (np.zeros((*SHAPE, 3), np.uint16), "one channel"),
     ],
 )

@@ -175,7 +175,8 @@ def test_pixels_that_are_masked_are_not_set() -> None:
     expected = MASK.copy()
     expected[:, 50:60] = 0
     assert np.array_equal(Frame(mask=masked).mask, expected)
-    assert np.array_equal(Frame(mask=masked, depth=np.ma.masked_array(MASK, masked.mask)).depth, expected)
+    depth = np.ma.masked_array(MASK.astype(np.uint16), masked.mask)
+    assert np.array_equal(Frame(mask=masked, depth=depth).depth, expected)
 
 
 def test_numbers_that_are_masked_are_refused() -> None:
