@@ -150,6 +150,8 @@ class Pipeline:
     def process(self, frame: Frame | npt.ArrayLike) -> FrameResult:
         """Find the objects of one frame and follow them from the frames before.
 
+        A frame with the stamp of the last one is a repetition: the last result is returned, and nothing changes.
+
         Parameters
         ----------
         frame : Frame or array_like
