@@ -134,6 +134,10 @@ def test_the_published_method_reads_the_half_as_it_would_by_itself() -> None:
     assert [one.width_px for one in found] == [one.width_px for one in half]
 
 
+def test_the_published_method_reads_no_less_than_the_half_where_that_shows_nothing() -> None:
+    assert len(detect(barely_sure(0.48), config=Config.paper())) == 0
+
+
 class TestKinds:
     def test_floating_point_and_8_bits_say_the_same(self) -> None:
         curves = [detect(mask)[0].curve for mask in (soft(), soft() / 255.0, Frame(mask=(soft() / 255).astype("f4")))]

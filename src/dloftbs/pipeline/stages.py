@@ -182,9 +182,7 @@ def run_stages(
         run = StageRun(part, share, clock.stage_ms, reason=failure, has_failed=True)
         return replace(run, is_taken_for_soft=is_taken_for_soft)
     best = last = _read(part, limit, share, task)
-    while (
-        (last.is_more or not last.lines) and sureness(best.lines) < SURE and (lower := next(readings, None)) is not None
-    ):
+    while last.is_more and sureness(best.lines) < SURE and (lower := next(readings, None)) is not None:
         clock.lap("segmentation")
         limit, part = lower
         last = _read(part, limit, task.share_of(part), task)
@@ -223,9 +221,8 @@ def _read(mask: AnyArray, limit: int, share: float, task: _Task) -> _Reading:
     crop = clean(pixels, config.cleaning, region, branched=is_branched)
     clock.lap("cleaning")
     if crop is None:
-        return _Reading(
-            replace(run, reason=why_nothing_is_left(mask, config, frame, soft is not None)), [], may_show_more
-        )
+        why = why_nothing_is_left(mask, config, frame, soft is not None)
+        return _Reading(replace(run, reason=why), [], may_show_more)
     skeleton = skeletonize(crop)
     clock.lap("skeleton")
     is_more = False
