@@ -14,8 +14,10 @@ from dloftbs import Config, Frame, PinholeCamera, Pipeline
 from dloftbs.config import SegmentationConfig
 from dloftbs.errors import SourceError
 from dloftbs.ui import view_session
+from dloftbs.ui.messages import Ack
 from dloftbs.ui.server import serve
 from dloftbs.ui.view_session import ViewFeed, ViewSession
+from dloftbs.ui.viewer import Viewer
 
 HSV = "5:20,80:255,60:255"
 CONFIG = Config(segmentation=SegmentationConfig().with_hsv(HSV))
@@ -223,6 +225,22 @@ def test_the_last_picture_is_painted_before_the_command_ends():
         assert client.picture(lambda header: header["index"] == 4)
         finishing.join(10.0)
         assert not finishing.is_alive()
+
+
+def test_a_browser_that_has_no_picture_yet_is_waited_for():
+    (frame,) = CableSource(1)
+    feed = ViewFeed("cable.mp4")
+    viewer = Viewer(None, feed.render)
+    feed.join(viewer)
+    feed.publish(frame, Pipeline(hsv=HSV).process(frame))
+    finishing = Thread(target=feed.finish)
+    finishing.start()
+    finishing.join(0.2)
+    assert finishing.is_alive()
+    feed.handle(viewer, Ack(1))
+    finishing.join(10.0)
+    assert not finishing.is_alive()
+    feed.close()
 
 
 def test_a_broken_mask_is_warned_of():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Iterator
 from typing import Any
 
 from dloftbs.ui.viewer import Viewer
@@ -10,7 +11,10 @@ from dloftbs.ui.wire import encode_text
 
 
 class Audience:
-    """Viewers of one session. `tell` and `refresh` may be called by any thread, the rest by the event loop's."""
+    """Viewers of one session.
+
+    Any thread may call `tell` and `refresh` and look who is there; the rest is for the event loop's.
+    """
 
     def __init__(self) -> None:
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -26,6 +30,9 @@ class Audience:
 
     def __len__(self) -> int:
         return len(self._viewers)
+
+    def __iter__(self) -> Iterator[Viewer]:
+        return iter(tuple(self._viewers))
 
     def add(self, viewer: Viewer) -> None:
         """Take a viewer in."""

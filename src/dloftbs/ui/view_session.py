@@ -103,7 +103,7 @@ class ViewFeed:
         self.end()
         until = monotonic() + _PATIENCE_S
         while self._shown is not None and monotonic() < until:
-            if all(self._painted.get(viewer) == self._shown.number for viewer in list(self._sent)):
+            if all(self._painted.get(viewer) == self._shown.number for viewer in self.audience):
                 return
             sleep(_POLL_S)
 
