@@ -17,14 +17,16 @@ import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
-from benchmarks.stereo_scenes import Points, TwoViews, disturbed, drawn_views, real_motion_views, shifted
-from dloftbs import CameraRig, Detection, Pipeline
+from benchmarks.stereo_scenes import FPS, Points, TwoViews, disturbed, drawn_views, real_motion_views, shifted
+from dloftbs import CameraRig, Detection, Frame, Pipeline, RigResult, StereoPipeline
 
 MOTION = Path(__file__).parents[2] / "shared/data/motion"
 TIMES_S = (0.5, 1.3, 2.1, 2.9, 3.7)
 KNOWN_M = 0.003
 """Stated deviation up to which a place counts as known."""
 _SAMPLES = 101
+_LEAD = 4
+"""Moments of a stream before the one that is measured."""
 _FINER = 10
 """Points on the true axis for each that it was drawn with, so that the next one is near enough."""
 
@@ -83,11 +85,17 @@ def finely(axis: Points) -> Points:
 
 
 def add_scene(
-    score: Score, scene: TwoViews, rng: np.random.Generator, rotation_deg: float, pixel: float, apart_s: float
+    score: Score,
+    scene: TwoViews,
+    rng: np.random.Generator,
+    rotation_deg: float,
+    pixel: float,
+    apart_s: float,
+    lead: int,
 ) -> None:
     """Look at a scene at some moments, with a rig that is wrong by errors of these standard deviations.
 
-    The second view is taken so much later, seconds.
+    The second view is taken so much later, seconds. A stream has so many moments before each, and stamps.
     """
     cameras = [shifted(camera, pixel, rng) for camera in scene.cameras]
     poses = [np.eye(4), disturbed(scene.second, rotation_deg, rng)]
@@ -96,7 +104,7 @@ def add_scene(
     for time_s in TIMES_S:
         views = [scene.mask(0, time_s), scene.mask(1, time_s + apart_s)]
         masks = [mask for mask, _ in views]
-        result = rig.detect(masks)
+        result = in_stream(rig, scene, time_s, apart_s, lead) if lead else rig.detect(masks)
         since = process_time()
         for mask in masks:
             pipeline.detect(mask)
@@ -130,14 +138,28 @@ def add_scene(
             score.frames.append(float(np.mean(off)))
 
 
+def in_stream(rig: CameraRig, scene: TwoViews, time_s: float, apart_s: float, lead: int) -> RigResult:
+    """Return what a pipeline sees of a moment after some earlier ones."""
+    pipeline = StereoPipeline(rig)
+    for number in range(lead, -1, -1):
+        stamps = [time_s - number / FPS + late for late in (0.0, apart_s)]
+        result = pipeline.process([Frame(mask=scene.mask(view, at)[0], stamp=at) for view, at in enumerate(stamps)])
+    return result
+
+
 def measure(
-    scenes: Iterable[TwoViews], seed: int, rotation_deg: float = 0.0, pixel: float = 0.0, apart_s: float = 0.0
+    scenes: Iterable[TwoViews],
+    seed: int,
+    rotation_deg: float = 0.0,
+    pixel: float = 0.0,
+    apart_s: float = 0.0,
+    lead: int = 0,
 ) -> Score:
     """Return the errors over scenes."""
     score = Score()
     rng = np.random.default_rng(seed)
     for scene in scenes:
-        add_scene(score, scene, rng, rotation_deg, pixel, apart_s)
+        add_scene(score, scene, rng, rotation_deg, pixel, apart_s, lead)
     return score
 
 
@@ -160,6 +182,9 @@ def main() -> None:
         name = f"{1e3 * baseline_m:.0f} mm, 0.8 m"
         print(f"| {name}, rig off by 0.1 degree and 0.2 px | {measure(real, given.seed, 0.1, 0.2).row()} |", flush=True)
         print(f"| {name}, 5 ms apart | {measure(real, given.seed, apart_s=0.005).row()} |", flush=True)
+        for apart_s in (0.005, 0.012):
+            score = measure(real, given.seed, apart_s=apart_s, lead=_LEAD)
+            print(f"| {name}, {1e3 * apart_s:.0f} ms apart, a stream with stamps | {score.row()} |", flush=True)
         drawn = [drawn_views(seed, baseline_m=baseline_m) for seed in seeds]
         print(f"| {name}, drawn | {measure(drawn, given.seed).row()} |", flush=True)
         for cables in (2, 3):

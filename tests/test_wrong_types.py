@@ -174,7 +174,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "Joint.from_dict": {"data": dloftbs.Joint(dloftbs.JointKind.GAP, (0.1, 0.2), 1.0, 2.0).to_dict()},
         "NearJoint.from_dict": {"data": dloftbs.NearJoint(1.0, (3.0, 4.0), 0.4).to_dict()},
         "Track.from_dict": {"data": track.to_dict(), "detection": FOUND},
-        "CameraRig": {"cameras": [CAMERA, CAMERA], "poses": [np.eye(4), BESIDE]},
+        "CameraRig": {"cameras": [CAMERA, CAMERA], "poses": [np.eye(4), BESIDE], "time_std_s": 0.01, "triggered": True},
         "CameraRig.detect": {"views": [MASK, MASK], "mask": None, "objects": 1, "poses": None},
         "CameraRig.from_dict": {"data": RIG.to_dict()},
         "CameraRig.from_file": {"path": folder / "rig.json", "pixel_std": 0.5},

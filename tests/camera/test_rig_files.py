@@ -29,13 +29,16 @@ def check(rig: CameraRig) -> None:
 
 def test_our_own(tmp_path):
     path = tmp_path / "rig.yaml"
-    rig = CameraRig([LEFT, RIGHT], [np.eye(4), POSE], rotation_std_deg=0.1, pixel_std=0.2)
+    rig = CameraRig(
+        [LEFT, RIGHT], [np.eye(4), POSE], rotation_std_deg=0.1, pixel_std=0.2, time_std_s=0.004, triggered=True
+    )
     path.write_text(yaml.safe_dump(rig.to_dict()))
     again = CameraRig.from_file(path)
     check(again)
     assert again.cameras == (LEFT, RIGHT)
-    assert (again.rotation_std_deg, again.pixel_std) == (0.1, 0.2)
-    assert CameraRig.from_file(path, pixel_std=0.5).pixel_std == 0.5
+    assert (again.rotation_std_deg, again.pixel_std, again.time_std_s, again.triggered) == (0.1, 0.2, 0.004, True)
+    told = CameraRig.from_file(path, pixel_std=0.5, triggered=False)
+    assert (told.pixel_std, told.time_std_s, told.triggered) == (0.5, 0.004, False)
     (tmp_path / "rig.json").write_text(json.dumps(rig.to_dict()))
     check(CameraRig.from_file(tmp_path / "rig.json"))
 

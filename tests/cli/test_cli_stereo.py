@@ -11,7 +11,7 @@ import yaml
 from cli.cli_inputs import run, save
 from stereo_views import BENT, SIZE, distances_m, masks, rig
 
-from dloftbs import BSplineCurve, Frame
+from dloftbs import BSplineCurve, Frame, StereoPipeline
 from dloftbs.cli.stereo_run import halves_of, pairs_of
 from dloftbs.errors import InputError
 
@@ -52,6 +52,19 @@ def test_two_folders(scene):
     check(rows_of(out))
     assert "stereo" in result.stderr
     assert (scene / "a.config.yaml").exists()
+
+
+@pytest.mark.parametrize("given", [(), ("--triggered",)])
+def test_cameras_that_are_triggered_are_said_to_be(scene, given, monkeypatch):
+    rigs = []
+
+    def made(r, config):
+        rigs.append(r)
+        return StereoPipeline(r, config)
+
+    monkeypatch.setattr("dloftbs.cli.stereo_run.StereoPipeline", made)
+    run("stereo", scene / "left", scene / "right", "--rig", scene / "rig.yaml", *given)
+    assert [r.triggered for r in rigs] == [bool(given)]
 
 
 def test_standard_output_and_colour(scene):

@@ -22,7 +22,7 @@ def test_evidence_of_earlier_moments_chooses_the_pairs_and_leaves_their_confiden
     r = rig()
     views = masks(r, BENT, OTHER)
     found = [Pipeline().detect(view) for view in views]
-    first, second = curves_of_views(found, views, r.cameras)
+    first, second = curves_of_views(found, views, r.cameras, [[None] * 2] * 2)
     pose, std = r._geometry.steps[0][1], r._geometry.epipolar_std(0)
     plain = match_views(first, second, pose, std)
     assert match_views(first, second, pose, std, None, np.eye(2) * -0.5) == plain

@@ -338,11 +338,16 @@ def test_the_same_views_give_the_same_bits():
 
 
 def test_a_rig_survives_its_dictionary():
-    r = CameraRig([CAMERA, replace(CAMERA, distortion=(0.1, 0, 0, 0))], [np.eye(4), beside(0.1, 0.2)], pixel_std=0.3)
+    r = CameraRig(
+        [CAMERA, replace(CAMERA, distortion=(0.1, 0, 0, 0))],
+        [np.eye(4), beside(0.1, 0.2)],
+        pixel_std=0.3,
+        triggered=True,
+    )
     again = CameraRig.from_dict(json.loads(json.dumps(r.to_dict())))
     assert again.cameras == r.cameras
     assert np.allclose(again.poses, r.poses, atol=1e-12)
-    assert (again.pixel_std, again.rotation_std_deg) == (0.3, 0.0)
+    assert (again.pixel_std, again.rotation_std_deg, again.time_std_s, again.triggered) == (0.3, 0.0, 0.0, True)
 
 
 @pytest.mark.parametrize("cables", [(BENT,), (BENT, OTHER)])

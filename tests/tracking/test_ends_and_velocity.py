@@ -184,3 +184,20 @@ def test_the_velocity_in_space_is_in_metres() -> None:
 def test_what_is_no_end_or_velocity_is_refused(field: str, value: object) -> None:
     with pytest.raises(InputError, match=r"end|velocity"):
         Track(1, TrackState.CONFIRMED, wave(), None, 1, 0, None, **{field: value})
+
+
+def test_a_way_between_frames_follows_the_change_of_the_velocity() -> None:
+    """A line falls as a stone does: its place between two frames is known from the last three."""
+
+    def at(second: float) -> float:
+        return 100.0 + 60.0 * second + 0.5 * 900.0 * second * second
+
+    tracks = follow([line((100, at(k * FRAME_S)), (500, at(k * FRAME_S))) for k in range(8)])
+    assert tracks[0]._way(0.01) is None
+    first, change = tracks[1]._way(0.01)
+    assert np.array_equal(first, change)
+    now = 7 * FRAME_S
+    for seconds in (-0.012, 0.008):
+        way, change = tracks[7]._way(seconds)
+        np.testing.assert_allclose(way[:, 1], at(now + seconds) - at(now), atol=0.06)
+        assert np.abs(change[:, 1]).min() > 0.05

@@ -179,6 +179,8 @@ class Track(ObjectShape):
         fitted_velocity_3d: FloatArray | None = None,
         camera: PinholeCamera | None = None,
         fitted_parts: tuple[SeenPart, ...] = (),
+        fitted_acceleration: FloatArray | None = None,
+        velocity_age_s: float = 0.0,
     ) -> Track:
         """Make what the constructor makes, faster, from intervals and velocities by the splines' own parameters."""
         track = cls.__new__(cls)
@@ -196,6 +198,7 @@ class Track(ObjectShape):
             camera=camera,
             _fitted=(fitted_inferred, fitted_velocity, fitted_velocity_3d),
             _fitted_parts=fitted_parts,
+            _fitted_change=(fitted_acceleration, velocity_age_s),
         )
         return track
 
@@ -239,6 +242,22 @@ class Track(ObjectShape):
         if self.detection is not None and not self._parts:
             spans += _spans_on(self.curve_3d, self.detection.curve_3d, self.detection.inferred_3d)
         return outside(outside(spans))
+
+    def _way(self, seconds: float) -> tuple[FloatArray, FloatArray] | None:
+        """Return how far the curve moves from its frame on in some seconds, or moved before, where a tracker knows it.
+
+        It is given at even parameters of the spline, (n, 2) px, first as a whole; then what the change of the velocity
+        adds to it, or all of it where no change is known.
+        """
+        _, velocity, _ = self.__dict__.get("_fitted", (None, None, None))
+        if velocity is None:
+            return None
+        acceleration, age_s = self.__dict__["_fitted_change"]
+        steady = seconds * velocity
+        if acceleration is None:
+            return steady, steady
+        change = seconds * (age_s + 0.5 * seconds) * acceleration
+        return steady + change, change
 
     @property
     def _parts(self) -> tuple[SeenPart, ...]:

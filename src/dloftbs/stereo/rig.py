@@ -30,12 +30,13 @@ from dloftbs.stereo.cable_colours import colour_costs
 from dloftbs.stereo.doubts import RigDoubts
 from dloftbs.stereo.rig_objects import RigObjects, associate
 from dloftbs.stereo.rig_result import RigObject, RigResult
+from dloftbs.stereo.shutters import Steps
 from dloftbs.stereo.space_fit import Pose, RigErrors
 from dloftbs.stereo.view_curves import curves_of_views
 from dloftbs.stereo.view_groups import Group, RigGeometry
 from dloftbs.support.array_likes import as_array
 from dloftbs.support.arrays import AnyArray, FloatArray, as_float_array, as_numbers, frozen
-from dloftbs.support.values import check_number, check_path, list_of, shown
+from dloftbs.support.values import check_flag, check_number, check_path, list_of, shown
 
 FARTHEST_M = 10.0
 """Largest distance between two cameras of a rig, metres.
@@ -43,8 +44,8 @@ FARTHEST_M = 10.0
 Source: by hand; a baseline of 10 mm in the wrong unit is 10 m.
 """
 
-_MOST_ROTATION_DEG, _MOST_PIXELS = 45.0, 1000.0
-"""Largest standard deviations that are taken, degrees and px.
+_MOST_ROTATION_DEG, _MOST_PIXELS, _MOST_SECONDS = 45.0, 1000.0, 1.0
+"""Largest standard deviations that are taken, degrees, px and s.
 
 Source: by hand; what is larger is a wrong unit.
 """
@@ -71,6 +72,12 @@ class CameraRig:
         deviations of curves, and lets views match that are off by as much.
     pixel_std : float
         Standard deviation of each camera's principal point, px; likewise.
+    time_std_s : float
+        Standard deviation of the time between two views' stamps, s, as of cameras that stamp what arrives. In a stream
+        it enters the stated deviations of what moves.
+    triggered : bool
+        Whether all cameras expose at once, whatever their stamps say. Otherwise a `StereoPipeline` moves what a view
+        shows along with its track, to the time of the first view.
 
     Attributes
     ----------
@@ -91,6 +98,8 @@ class CameraRig:
     poses: tuple[FloatArray, ...]
     rotation_std_deg: float
     pixel_std: float
+    time_std_s: float
+    triggered: bool
 
     def __init__(
         self,
@@ -99,6 +108,8 @@ class CameraRig:
         *,
         rotation_std_deg: float = 0.0,
         pixel_std: float = 0.0,
+        time_std_s: float = 0.0,
+        triggered: bool = False,
     ) -> None:
         if not isinstance(cameras, (list, tuple)) or not cameras:
             raise InputError(f"cameras must be a list of PinholeCamera, one for each view, got {shown(cameras)}")
@@ -113,6 +124,8 @@ class CameraRig:
         put(self, "poses", _checked_poses(poses, len(self.cameras)))
         put(self, "rotation_std_deg", check_number("rotation_std_deg", rotation_std_deg, 0.0, _MOST_ROTATION_DEG))
         put(self, "pixel_std", check_number("pixel_std", pixel_std, 0.0, _MOST_PIXELS))
+        put(self, "time_std_s", check_number("time_std_s", time_std_s, 0.0, _MOST_SECONDS))
+        put(self, "triggered", check_flag("triggered", triggered))
 
     @classmethod
     def from_file(
@@ -122,6 +135,8 @@ class CameraRig:
         rectified: bool = False,
         rotation_std_deg: float | None = None,
         pixel_std: float | None = None,
+        time_std_s: float | None = None,
+        triggered: bool | None = None,
     ) -> CameraRig:
         """Read a rig from YAML, JSON or XML.
 
@@ -134,8 +149,10 @@ class CameraRig:
         path, *more : str or Path
         rectified : bool
             Of camera_info: whether the images are rectified, and have the intrinsics of P and no lens.
-        rotation_std_deg, pixel_std : float, optional
+        rotation_std_deg, pixel_std, time_std_s : float, optional
             As the constructor has them; what a file of our own says without it.
+        triggered : bool, optional
+            Likewise.
 
         Raises
         ------
@@ -146,9 +163,14 @@ class CameraRig:
         """
         paths = [check_path("path", one) for one in (path, *more)]
         (cameras, poses), others = read_rig(paths, rectified=rectified)
-        stds = {"rotation_std_deg": rotation_std_deg, "pixel_std": pixel_std}
-        own = {"rotation_std_deg": others.get("rotationstddeg", 0.0), "pixel_std": others.get("pixelstd", 0.0)}
-        return cls(cameras, poses, **{key: own[key] if value is None else value for key, value in stds.items()})
+        given = {
+            "rotation_std_deg": rotation_std_deg,
+            "pixel_std": pixel_std,
+            "time_std_s": time_std_s,
+            "triggered": triggered,
+        }
+        told = {key: others[key.replace("_", "")] for key in given if key.replace("_", "") in others}
+        return cls(cameras, poses, **told | {key: value for key, value in given.items() if value is not None})
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> CameraRig:
@@ -167,8 +189,8 @@ class CameraRig:
                 raise InputError(f"each camera of a rig needs its pose, got {shown(row)}")
         poses = [row.pop("pose") for row in rows]
         cameras = [PinholeCamera.from_dict(row) for row in rows]
-        stds = {key: data[key] for key in ("rotation_std_deg", "pixel_std") if key in data}
-        return cls(cameras, poses, **stds)
+        others = ("rotation_std_deg", "pixel_std", "time_std_s", "triggered")
+        return cls(cameras, poses, **{key: data[key] for key in others if key in data})
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON and YAML, which `from_dict` and `from_file` take back."""
@@ -179,6 +201,8 @@ class CameraRig:
             ],
             "rotation_std_deg": self.rotation_std_deg,
             "pixel_std": self.pixel_std,
+            "time_std_s": self.time_std_s,
+            "triggered": self.triggered,
         }
 
     def __repr__(self) -> str:
@@ -351,6 +375,7 @@ class CameraRig:
         geometry: RigGeometry,
         doubts: RigDoubts,
         carried: Mapping[tuple[int, int], FloatArray] | None = None,
+        steps: Sequence[Steps] | None = None,
     ) -> tuple[RigResult, tuple[Group, ...]]:
         """Return the objects in space of what the views show by themselves, and the groups that made them.
 
@@ -363,10 +388,13 @@ class CameraRig:
             Of the same rig at earlier moments.
         carried : mapping of (int, int) to numpy.ndarray, optional
             Costs that earlier moments give to pairs of detections of two views.
+        steps : sequence of sequence, optional
+            For each view how far its detections are to be moved; see `dloftbs.stereo.shutters`.
         """
         preparation.prepare(("stereo", "kernels"))
         since = perf_counter()
-        curves = curves_of_views(results, masks, geometry.cameras)
+        steps = [[None] * len(result.detections) for result in results] if steps is None else steps
+        curves = curves_of_views(results, masks, geometry.cameras, steps)
         found = associate(results, curves, geometry, colour_costs(results, frames), carried or {})
         doubt = doubts.about_poses(curves, geometry, found.groups)
         if doubt is not None:

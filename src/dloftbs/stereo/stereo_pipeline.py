@@ -19,6 +19,7 @@ from dloftbs.stereo.epipolar_matching import EVIDENCE
 from dloftbs.stereo.rig import CameraRig, View
 from dloftbs.stereo.rig_result import RigResult
 from dloftbs.stereo.rig_tracker import RigTracker, members_of
+from dloftbs.stereo.shutters import steps_to_first
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.values import shown
 
@@ -130,7 +131,15 @@ class StereoPipeline:
             masks.append(own)
         self._next_index = frames[0].index + 1
         tracks = [_tracks_of(result) for result in results]
-        combined, groups = self._rig._combine(results, masks, frames, geometry, self._doubts, self._carried(tracks))
+        combined, groups = self._rig._combine(
+            results,
+            masks,
+            frames,
+            geometry,
+            self._doubts,
+            self._carried(tracks),
+            steps_to_first(results, triggered=self._rig.triggered, time_std_s=self._rig.time_std_s),
+        )
         self._remember(combined, tracks)
         return self._tracker.update(combined, groups, tracks, results)
 

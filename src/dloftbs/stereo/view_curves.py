@@ -14,7 +14,8 @@ from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.stereo.kernels.line_blocks import block_means, block_noise, observe
-from dloftbs.stereo.kernels.observations import COLUMNS, DEPTH, WEIGHT, half_widths
+from dloftbs.stereo.kernels.observations import COLUMNS, DEPTH, SHARED, WEIGHT, half_widths
+from dloftbs.stereo.shutters import Steps, values_at
 from dloftbs.support.arrays import AnyArray, FloatArray
 
 _BLOCK_POINTS = 9
@@ -58,7 +59,7 @@ class ViewCurve(NamedTuple):
         Whether a node is a point of a detection; else it lies between two.
     places : numpy.ndarray, shape (m,)
         Where there are observations, in nodes.
-    rows : numpy.ndarray, shape (m, 8)
+    rows : numpy.ndarray, shape (m, 9)
         The observations; see `dloftbs.stereo.kernels.observations`. One is not clear where the mask merges with that of
         another pass: it may be as far off as the cable is wide there.
     closed : bool
@@ -83,7 +84,10 @@ class ViewCurve(NamedTuple):
 
 
 def curves_of_views(
-    results: Sequence[FrameResult], masks: Sequence[AnyArray], cameras: Sequence[PinholeCamera]
+    results: Sequence[FrameResult],
+    masks: Sequence[AnyArray],
+    cameras: Sequence[PinholeCamera],
+    steps: Sequence[Steps],
 ) -> list[list[ViewCurve]]:
     """Return the curves of each view, all with the same distance between their nodes as rays.
 
@@ -93,6 +97,8 @@ def curves_of_views(
     masks : sequence of numpy.ndarray, each of shape (H, W)
         That the detections were found in.
     cameras : sequence of PinholeCamera
+    steps : sequence of sequence
+        For each view how far its detections are to be moved; see `dloftbs.stereo.shutters`.
     """
     lengths = []
     for result, camera in zip(results, cameras, strict=True):
@@ -100,15 +106,19 @@ def curves_of_views(
         lengths.append([_rough_length(detection) / focal_px for detection in result.detections])
     longest = max((length for own in lengths for length in own), default=0.0)
     curves = []
-    for result, mask, camera, own in zip(results, masks, cameras, lengths, strict=True):
+    for result, mask, camera, own, moves in zip(results, masks, cameras, lengths, steps, strict=True):
         # A pixel is the least distance from node to node.
         spacing = max(longest / NODES, 1.0 / math.sqrt(camera.fx * camera.fy))
-        curves.append(_curves_of(result.detections, mask, camera, [length / spacing for length in own]))
+        curves.append(_curves_of(result.detections, mask, camera, [length / spacing for length in own], moves))
     return curves
 
 
 def _curves_of(
-    detections: Sequence[Detection], mask: AnyArray, camera: PinholeCamera, lengths: Sequence[float]
+    detections: Sequence[Detection],
+    mask: AnyArray,
+    camera: PinholeCamera,
+    lengths: Sequence[float],
+    steps: Steps,
 ) -> list[ViewCurve]:
     """Return the curves of a view, whose lengths are given in steps from node to node."""
     if not detections:
@@ -126,9 +136,18 @@ def _curves_of(
     noise = np.empty(len(blocks))
     bits = mask if mask.dtype == np.uint8 else (mask if mask.dtype == np.bool_ else mask != 0).view(np.uint8)
     block_noise(blocks, starts, bits, noise)
+    errors = np.zeros((len(blocks), 2))
+    for number, step in enumerate(steps):
+        if step is not None:
+            own = slice(starts[number], starts[number + 1])
+            u = blocks[own, 2]
+            errors[own] = values_at(u, step.error)
+            blocks[own, :2] += values_at(u, step.way)
+            nodes[number] += values_at(np.linspace(0.0, 1.0, len(nodes[number])), step.way)
     if camera.distortion:
         _undo_lens(blocks, noise, camera)
     rows = observe(blocks, noise, camera.fx, camera.fy, camera.cx, camera.cy)
+    rows[:, SHARED] = rows[:, 2] * errors[:, 0] / camera.fx + rows[:, 3] * errors[:, 1] / camera.fy
     rays = _rays(np.concatenate(nodes), camera)
     curves = []
     for number, detection in enumerate(detections):

@@ -85,6 +85,8 @@ def to_track(model: TrackModel, view: View, probability: float) -> Track:
         else _between(model.motion.velocity_3d, _in_space(model, visible.track_span, view)),
         model.camera,
         visible.parts,
+        None if model.motion.acceleration is None else _between(model.motion.acceleration, visible.track_span),
+        model.motion.age_s,
     )
 
 

@@ -49,22 +49,32 @@ class Motion:
         px/s.
     is_known : bool
         False in an object's first frame, and where it jumped or is another one: the velocity is 0 then.
+    acceleration : numpy.ndarray or None, shape (SAMPLES, 2)
+        px/s²; None where fewer than two steps in a row are known.
+    age_s : float
+        Time from the moment that the velocity is of to the frame, s.
     velocity_3d, points_3d : numpy.ndarray or None, shape (SAMPLES, 3)
         Velocities in space, m/s, and the samples of the curve there in the last frame, m, as far as they are known.
     """
 
     velocity: FloatArray = field(default_factory=lambda: np.zeros((SAMPLES, 2)))
     is_known: bool = False
+    acceleration: FloatArray | None = None
+    age_s: float = 0.0
     velocity_3d: FloatArray | None = None
     points_3d: FloatArray | None = None
 
     def step(self, before: FloatArray, now: FloatArray, dt: float, *, is_known: bool) -> None:
         """Take a step of the samples, px, into their velocities, if it is known that it shows them."""
-        self.is_known = is_known
+        was_known, self.is_known = self.is_known, is_known
         if not is_known:
-            self.velocity = np.zeros((SAMPLES, 2))
+            self.velocity, self.acceleration = np.zeros((SAMPLES, 2)), None
         elif dt >= _MIN_STEP_S:
-            self.velocity = filter_velocity(self.velocity, before, now, dt, _VELOCITY_GAIN)
+            former = self.velocity
+            self.velocity = filter_velocity(former, before, now, dt, _VELOCITY_GAIN)
+            self.acceleration = (self.velocity - former) / dt if was_known else None
+            # Half of the last step, and the lag of the filter.
+            self.age_s = (0.5 + (1.0 - _VELOCITY_GAIN) / _VELOCITY_GAIN) * dt
 
     def measure_in_space(self, curve_3d: BSplineCurve | None, metres: float, dt: float) -> None:
         """Take the step of the curve in space, so many metres long, since the last frame into its velocity."""
@@ -84,7 +94,7 @@ class Motion:
 
     def make_rigid(self) -> None:
         """Let all samples move alike: the shape is kept."""
-        self.velocity = np.broadcast_to(self.velocity.mean(axis=0), self.velocity.shape)
+        self.velocity, self.acceleration = np.broadcast_to(self.velocity.mean(axis=0), self.velocity.shape), None
         if self.velocity_3d is not None:
             self.velocity_3d = np.broadcast_to(self.velocity_3d.mean(axis=0), self.velocity_3d.shape)
 
@@ -97,7 +107,7 @@ class Motion:
     def resample(self, u: FloatArray) -> None:
         """Take the velocities at other parameters (SAMPLES,); in space, two frames have to show these first."""
         self.velocity = interpolate(self.velocity, u)
-        self.velocity_3d = self.points_3d = None
+        self.acceleration = self.velocity_3d = self.points_3d = None
 
 
 def extrapolated_time(dt: float) -> float:

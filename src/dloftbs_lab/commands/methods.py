@@ -185,8 +185,10 @@ class _TwoCameras:
         assert frame.second is not None
         assert frame.second.camera is not None
         if self._pipeline is None:
-            stds = {"rotation_std_deg": frame.rotation_std_deg, "pixel_std": frame.pixel_std}
-            self._pipeline = StereoPipeline(CameraRig([frame.camera, frame.second.camera], frame.poses, **stds))
+            cameras = [frame.camera, frame.second.camera]
+            std_deg, std_px = frame.rotation_std_deg, frame.pixel_std
+            rig = CameraRig(cameras, frame.poses, rotation_std_deg=std_deg, pixel_std=std_px)
+            self._pipeline = StereoPipeline(rig)
         return self._pipeline.process([frame, frame.second]).as_frame_result()
 
 

@@ -148,7 +148,7 @@ class TwoCameraSequence(NumberedSequence):
         return TwoViewFrame(
             mask=left.mask,
             camera=cameras[0],
-            second=Frame(mask=right.mask, camera=cameras[1], **labels),
+            second=Frame(mask=right.mask, camera=cameras[1], **{**labels, "stamp": labels["stamp"] + variant.late_s}),
             poses=(np.eye(4), second),
             rotation_std_deg=variant.rotation_std_deg,
             pixel_std=variant.pixel_std,

@@ -36,7 +36,7 @@ def observations(noise_px: float = 0.0, seed: int = 0, count: int = 150):
         at = flat[index] + normal * rng.normal(0.0, noise_px / FOCAL_PX, (count, 1))
         weight = np.full((count, 1), (FOCAL_PX / max(noise_px, 0.1)) ** 2)
         wide = 0.006 / seen[index, 2:]
-        rows.append(np.hstack((at, normal, weight, wide, np.ones((count, 1)), np.zeros((count, 1)))))
+        rows.append(np.hstack((at, normal, weight, wide, np.ones((count, 1)), np.zeros((count, 2)))))
         t.append(index / (len(BENT) - 1))
         views.append(np.full(count, view))
     return np.concatenate(t), np.concatenate(rows), np.concatenate(views)

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     "two camera_info of ROS, left and right. Repeatable.",
 )
 @click.option("--rectified", is_flag=True, help="The images are rectified: use P of camera_info, without distortion.")
+@click.option("--triggered", is_flag=True, help="The cameras expose at once, though their stamps differ.")
 @click.option("--side-by-side", is_flag=True, help="LEFT shows both views side by side; there is no RIGHT.")
 @click.option(
     "--right-topic", metavar="NAME", help="Topic of the right images, in RIGHT, or in LEFT if RIGHT is missing."
@@ -77,6 +78,7 @@ def stereo(
     where: tuple[str, ...],
     rig_files: tuple[str, ...],
     rectified: bool,
+    triggered: bool,
     side_by_side: bool,
     right_topic: str | None,
     right_masks: str | None,
@@ -127,7 +129,7 @@ def stereo(
     if with_input and not any(is_recording(path) for path in outs):
         raise click.UsageError("--with-input goes with --out NAME.mcap or --out FOLDER/")
     answers.check(outs)
-    rig = CameraRig.from_file(*map(Path, rig_files), rectified=rectified)
+    rig = CameraRig.from_file(*map(Path, rig_files), rectified=rectified, triggered=triggered or None)
     beside = [path for path in (*rig_files, right_masks) if path is not None]
     files = InputFiles((*where, *beside), context.params)
     pictures = {"--overlay": overlay, "--stages": stages}

@@ -10,10 +10,10 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.stereo.kernels.band_equations import BAND, ORDER, Four, add_row, basis_and_slopes, combine, solve, span_of
-from dloftbs.stereo.kernels.observations import DEPTH, WEIGHT, gradient_of, see
+from dloftbs.stereo.kernels.observations import DEPTH, SHARED, WEIGHT, gradient_of, see
 
-_ERRORS = 5
-"""Number of errors of a view: its principal point's x and y, and turns about three axes.
+_ERRORS = 6
+"""Number of errors of a view: its principal point's x and y, turns about three axes, and what its rows share.
 
 Source: by definition.
 """
@@ -119,7 +119,7 @@ def _moved_by_rig(
 ) -> _Floats:
     """Return how each error of the rig, of one standard deviation, moves the control points, (errors, n, 3)."""
     n = len(control)
-    if rotation_std == 0.0 and not pixel_std.any():
+    if rotation_std == 0.0 and not pixel_std.any() and not rows[:, SHARED].any():
         return np.zeros((0, n, 3))
     moved = np.zeros((_ERRORS * len(rotations), 3 * n))
     for i in range(len(t)):
@@ -140,6 +140,7 @@ def _moved_by_rig(
             turning * (-nx * x * y - ny * (1.0 + y * y)),
             turning * (nx * (1.0 + x * x) + ny * x * y),
             turning * (-nx * y + ny * x),
+            row[SHARED],
         )
         for e in range(_ERRORS):
             add_row(moved[_ERRORS * view + e], low, basis, row[WEIGHT] * sizes[e], gradient)

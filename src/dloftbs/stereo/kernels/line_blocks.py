@@ -189,7 +189,7 @@ def block_noise(blocks: _Floats, starts: _Ints, mask: npt.NDArray[np.uint8], noi
 
 @kernel(read(float64, 2, "C"), read(float64, 1, "C"), float64, float64, float64, float64)
 def observe(blocks: _Floats, noise: _Floats, fx: float, fy: float, cx: float, cy: float) -> _Floats:
-    """Return the observations that blocks are, as `dloftbs.stereo.kernels.observations` has them, (m, 8).
+    """Return the observations that blocks are, as `dloftbs.stereo.kernels.observations` has them, (m, 9).
 
     Parameters
     ----------

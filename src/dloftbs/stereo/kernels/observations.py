@@ -1,8 +1,9 @@
 """Observations of a point in space: how far its projection lies beside a curve in a view, or how far away it is.
 
 An observation is a row: the ray x and y without the lens, the unit normal of the curve there, one over the variance
-across it, half the width of the mask, whether it is clear, and the depth. A row with a depth has no normal, and its
-variance is that of the depth; a row without one has a depth of 0.
+across it, half the width of the mask, whether it is clear, the depth, and one standard deviation of an error across it
+that all rows of an object in a view share. A row with a depth has no normal, and its variance is that of the depth; a
+row without one has a depth of 0.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy.typing as npt
 
 from dloftbs.kernels.compiler import helper
 
-WEIGHT, RADIUS, CLEAR, DEPTH, COLUMNS = 4, 5, 6, 7, 8
+WEIGHT, RADIUS, CLEAR, DEPTH, SHARED, COLUMNS = 4, 5, 6, 7, 8, 9
 """Index of each column of a row behind the ray and the normal, and the number of columns.
 
 Source: by definition.
