@@ -17,7 +17,16 @@ import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
-from benchmarks.stereo_scenes import FPS, Points, TwoViews, disturbed, drawn_views, real_motion_views, shifted
+from benchmarks.stereo_scenes import (
+    FPS,
+    Points,
+    TwoViews,
+    disturbed,
+    drawn_views,
+    real_motion_views,
+    shifted,
+    simulated_views,
+)
 from dloftbs import CameraRig, Detection, Frame, Pipeline, RigResult, StereoPipeline
 
 MOTION = Path(__file__).parents[2] / "shared/data/motion"
@@ -185,6 +194,10 @@ def main() -> None:
         for apart_s in (0.005, 0.012):
             score = measure(real, given.seed, apart_s=apart_s, lead=_LEAD)
             print(f"| {name}, {1e3 * apart_s:.0f} ms apart, a stream with stamps | {score.row()} |", flush=True)
+        moved = [simulated_views(seed, baseline_m=baseline_m) for seed in seeds]
+        print(f"| {name}, simulated | {measure(moved, given.seed).row()} |", flush=True)
+        score = measure(moved, given.seed, apart_s=0.005, lead=_LEAD)
+        print(f"| {name}, simulated, 5 ms apart, a stream with stamps | {score.row()} |", flush=True)
         drawn = [drawn_views(seed, baseline_m=baseline_m) for seed in seeds]
         print(f"| {name}, drawn | {measure(drawn, given.seed).row()} |", flush=True)
         for cables in (2, 3):

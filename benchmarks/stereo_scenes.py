@@ -14,6 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from dloftbs import PinholeCamera
 from dloftbs_lab.synthetic.motion_capture import recordings_in
+from dloftbs_lab.synthetic.simulation import EXPERIMENTS, simulate
+from dloftbs_lab.synthetic.simulation import RADIUS_M as SIMULATED_RADIUS_M
 from dloftbs_lab.synthetic.space_scene import draw_spheres
 
 Points = npt.NDArray[np.float64]
@@ -23,6 +25,7 @@ SIZE = (720, 1280)
 FOCAL_PX = 900.0
 WIDTH_PX = 12.0
 FPS = 30.0
+_SIMULATED_FRAMES = 120
 _SPHERES = 8.0
 """Spheres a radius; see `dloftbs_lab.synthetic.space_scene`."""
 
@@ -123,6 +126,30 @@ def real_motion_views(
         return lines
 
     return TwoViews((camera, camera), second, axes, radius_m)
+
+
+def simulated_views(seed: int, *, baseline_m: float = 0.06, distance_m: float = 0.8) -> TwoViews:
+    """Return a cable that MuJoCo moves; the seed says which experiment it is, and from where it is seen."""
+    rng = np.random.default_rng([8, seed])
+    kinds = list(EXPERIMENTS)
+    experiment = EXPERIMENTS[kinds[seed % len(kinds)]](rng)
+    azimuth, elevation = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(*experiment.elevation)
+    level = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
+    forward = math.cos(elevation) * level - np.array([0.0, 0.0, math.sin(elevation)])
+    right = np.array([level[1], -level[0], 0.0])
+    looking = np.stack((right, np.cross(forward, right), forward))
+    nodes = simulate(experiment, rng, _SIMULATED_FRAMES) @ looking.T
+    nodes += (0.5 * baseline_m, 0.0, distance_m) - nodes.reshape(-1, 3).mean(axis=0)
+    moving = CubicSpline(np.arange(len(nodes)) / FPS, nodes)
+    camera = PinholeCamera(FOCAL_PX, FOCAL_PX, 639.5 + 3.2, 359.5 - 2.1, size=SIZE)
+    length_m = float(np.linalg.norm(np.diff(nodes[0], axis=0), axis=1).sum())
+    count = math.ceil(_SPHERES * length_m / SIMULATED_RADIUS_M) + 1
+
+    def axes(time_s: float) -> list[Points]:
+        along = np.arange(nodes.shape[1])
+        return [CubicSpline(along, moving(time_s))(np.linspace(0.0, along[-1], count))]
+
+    return TwoViews((camera, camera), pose_beside(baseline_m, distance_m, 0.0), axes, SIMULATED_RADIUS_M)
 
 
 def drawn_views(seed: int, *, cables: int = 1, baseline_m: float = 0.06, distance_m: float = 0.8) -> TwoViews:

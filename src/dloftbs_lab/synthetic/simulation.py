@@ -18,7 +18,7 @@ REMEDY = "simulated cables need MuJoCo: pip install 'dloftbs[evaluation]'"
 
 _LENGTH_M = 0.6
 _NODES = 41
-_RADIUS_M = 0.004
+RADIUS_M = 0.004
 _HEIGHT_M = 0.6  # at the start, where there is no floor
 _STEP_S = 0.001
 _FPS = 30.0
@@ -130,7 +130,7 @@ def _model(experiment: Experiment) -> str:
         )
         if led is not None
     ]
-    floor, height = ('<geom type="plane" size="2 2 0.1"/>', _RADIUS_M) if experiment.floor else ("", _HEIGHT_M)
+    floor, height = ('<geom type="plane" size="2 2 0.1"/>', RADIUS_M) if experiment.floor else ("", _HEIGHT_M)
     mocaps = "".join(f'<body name="grip {name}" mocap="true" pos="{x} 0 {height}"/>' for name, x in grips)
     welds = "".join(f'<weld body1="grip {name}" body2="{name}" solref="0.01 1"/>' for name, _ in grips)
     return f"""
@@ -145,7 +145,7 @@ def _model(experiment: Experiment) -> str:
         <config key="twist" value="{experiment.young_pa}"/><config key="bend" value="{experiment.young_pa}"/>
       </plugin>
       <joint kind="main" damping="0.0003" armature="1e-6"/>
-      <geom type="capsule" size="{_RADIUS_M}" density="1000" friction="0.5"/>
+      <geom type="capsule" size="{RADIUS_M}" density="1000" friction="0.5"/>
     </composite>
   </worldbody>
   <equality>{welds}</equality>
@@ -228,7 +228,7 @@ def tangles(rng: np.random.Generator) -> Experiment:
         def pose(phase: float) -> Pose:
             angle = 2.0 * math.pi * turns[number] * phase
             circle = around[number] * np.array([sign * (1.0 - math.cos(angle)), math.sin(angle)])
-            lifted = (2.0 + 2.0 * number) * _RADIUS_M * float(smoothstep(np.array(10.0 * phase)))
+            lifted = (2.0 + 2.0 * number) * RADIUS_M * float(smoothstep(np.array(10.0 * phase)))
             return np.array([circle[0] + sign * near * phase, circle[1], lifted]), np.array([0.0, 0.0, angle])
 
         return pose
