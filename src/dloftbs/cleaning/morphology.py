@@ -8,8 +8,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.cleaning.enlarged import LARGEST_STEP, smooth_steps
 from dloftbs.cleaning.holes import fill_holes
 from dloftbs.cleaning.kernels import morphology
+from dloftbs.cleaning.kernels.enlargement import enlargement
 from dloftbs.cleaning.kernels.narrow_ground import find_narrow_ground
 from dloftbs.cleaning.slits import close_slits
 from dloftbs.config import CleaningConfig
@@ -23,7 +25,12 @@ _NOISE, _MAX_CHANGED = 32, 4096  # a mask of which a larger share and more pixel
 
 
 def clean(
-    mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None = None, *, branched: bool = False
+    mask: npt.NDArray[Any],
+    config: CleaningConfig,
+    region: Region | None = None,
+    *,
+    branched: bool = False,
+    enlarged: bool = False,
 ) -> MaskCrop | None:
     """Close and open the mask by squares, and cut out the rest.
 
@@ -41,6 +48,8 @@ def clean(
         That the mask was cut to. The edges of its polygon act as the image's border: nothing is left outside of it.
     branched : bool
         Whether objects may branch: then slits between cables are those of a bundle, and closed, too.
+    enlarged : bool
+        Whether the mask may have been enlarged by repeating its pixels: the steps that this leaves are smoothed first.
 
     Returns
     -------
@@ -53,6 +62,9 @@ def clean(
     polygon = None if region is None else region.inside
     grown = mask if polygon is None else _grown_beyond(mask, polygon, 2 * (opening + close))
     bitmask, inside, x0, y0, area = cut(_packed(grown), mask.shape[1], margin)
+    step = enlargement(bitmask) if enlarged else 1
+    if 1 < step <= LARGEST_STEP:
+        bitmask, inside, x0, y0, area = cut(_packed(smooth_steps(grown, step)), mask.shape[1], margin)
     most = area // _NOISE + _MAX_CHANGED
     if close > 0 and len(bitmask):
         bitmask = morphology.close(bitmask, inside, close, most)

@@ -217,8 +217,9 @@ def _read(mask: AnyArray, limit: int, share: float, task: _Task) -> _Reading:
         return _Reading(replace(run, reason=refusal), [])
     is_branched = isinstance(config.linking, LinkingConfig) and config.linking.branched
     may_show_more = soft is not None and isinstance(config.linking, LinkingConfig)
-    pixels = mask if labels is None or isinstance(config.linking, GreedyLinkingConfig) else open_seams(mask, labels)
-    crop = clean(pixels, config.cleaning, region, branched=is_branched)
+    is_published = isinstance(config.linking, GreedyLinkingConfig)
+    pixels = mask if labels is None or is_published else open_seams(mask, labels)
+    crop = clean(pixels, config.cleaning, region, branched=is_branched, enlarged=not is_published)
     clock.lap("cleaning")
     if crop is None:
         why = why_nothing_is_left(mask, config, frame, soft is not None)
