@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from drawings import draw_cable
 from linking_examples import dense, detect, distances, graph_of, hide
 from scipy.spatial import cKDTree
 
+from dloftbs import Pipeline
 from dloftbs.linking.bend_corners import _arc, _edges, between, way_around
 from dloftbs_lab.evaluation import match_curves
 from dloftbs_lab.synthetic import OCCLUDED, DegradedSequence, KindSequence, TrackingSequence
@@ -179,3 +181,30 @@ def test_a_side_that_runs_across_the_way_on_is_led_straight_to_the_corner() -> N
     side = np.array([10.0, 0.0, 0.0, 1.0])
     found = _arc(side, np.array([0.0, 0.0]), np.array([1.0, 0.0]))
     np.testing.assert_array_equal(found, between(side[:2], np.zeros(2)))
+
+
+def tight_turns(pitch: float, width: int, rows: int) -> tuple[np.ndarray, float]:
+    """Return the mask of a cable that turns back at the end of each row, and its length, px."""
+    points = []
+    for row in range(rows):
+        y, ends = 60.0 + pitch * row, np.array([60.0, 340.0])
+        ends = ends if row % 2 == 0 else ends[::-1]
+        points += [(x, y) for x in np.linspace(*ends, 50)]
+        if row < rows - 1:
+            angles, side = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 20), 1 if row % 2 == 0 else -1
+            points += [(ends[1] + side * 0.5 * pitch * np.cos(a), y + 0.5 * pitch * (1 + np.sin(a))) for a in angles]
+    course = np.array(points)
+    mask = np.zeros((int(100 + pitch * rows), 400), np.uint8)
+    cv2.polylines(mask, [np.round(course * 16).astype(np.int32)], False, 1, width, cv2.LINE_8, 4)
+    return mask, float(np.linalg.norm(np.diff(course, axis=0), axis=1).sum())
+
+
+@pytest.mark.parametrize("rows", [4, 8])
+@pytest.mark.parametrize("slit_widths", [0.6, 1.0, 1.3])
+@pytest.mark.parametrize("width", [5, 8, 12])
+def test_a_cable_in_tight_turns_side_by_side_is_one(width: int, slit_widths: float, rows: int) -> None:
+    mask, length = tight_turns(width + round(slit_widths * width), width, rows)
+    result = Pipeline().detect(mask)
+    assert len(result) == 1
+    assert result[0].curve.length == pytest.approx(length, abs=30.0)
+    assert result.crossings == ()

@@ -105,9 +105,9 @@ def test_a_right_angle_costs_what_the_formula_says() -> None:
     costs = prices(np.concatenate(joints), JOINT)
     gap = JOINT[GAP_ENERGY] * WIDTH / length * bend + JOINT[GAP_LENGTH] * length / WIDTH
     assert costs == pytest.approx([gap, JOINT[LINK_TURN] * bend])
-    nodes, spur = np.array([0, -1, 0, -1]), np.zeros(2, np.bool_)
-    *_, costs = junction_costs(nodes, spur, np.full(4, -1), states[[0, 0, 1, 1]], WIDTH)
-    assert costs[1] == costs[2] == pytest.approx(JOINT[LINK_TURN] * bend)
+    nodes, spur = np.array([0, -1, 0, -1, 0, -1]), np.zeros(3, np.bool_)
+    *_, costs = junction_costs(nodes, spur, np.full(6, -1), states[[0, 0, 1, 1, 1, 1]], WIDTH)
+    assert costs[1] == costs[3] == pytest.approx(JOINT[LINK_TURN] * bend)
 
 
 def test_a_promise_is_not_held_against_a_curve_that_turns_less() -> None:
