@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import FrozenInstanceError, replace
 
+import cv2
 import numpy as np
 import pytest
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
+from dloftbs.pipeline import Pipeline
 from dloftbs.support.arrays import check_depth, check_image, check_mask
 
 IMAGE = np.zeros((4, 6, 3), np.uint8)
@@ -120,6 +122,35 @@ class TestFrame:
         assert frame.mask_is == "probability"
         assert frame.mask.tolist() == [[0, 64, 128, 255]]
         assert frame.mask.dtype == np.uint8
+
+    @pytest.mark.parametrize(
+        ("values", "fields", "expected"),
+        [
+            (np.array([[0.0, 0.02, 0.49, 0.51, 1.0]]), {}, [0, 0, 0, 1, 1]),
+            (np.array([[0, 5, 127, 128, 255]], np.uint8), {"mask_is": "probability"}, [0, 0, 0, 1, 1]),
+            (np.array([[0, 5, 127, 128, 255]], np.uint8), {"mask_is": "binary"}, [0, 1, 1, 1, 1]),
+            (np.array([[0, 5, 127, 128, 255]], np.uint8), {}, [0, 1, 1, 1, 1]),  # too few values for a probability
+            (np.array([[0, 1, 2, 3, 255]], np.uint8), {}, [0, 1, 1, 1, 0]),
+            (np.array([[0, 1, 2, 3, 255]], np.uint8), {"mask_is": "labels"}, [0, 1, 1, 1, 1]),
+            (np.array([[-1, 0, 300, 1, 2]], np.int32), {}, [1, 0, 1, 1, 1]),
+            (np.array([[False, True, False, True, True]]), {}, [0, 1, 0, 1, 1]),
+        ],
+    )
+    def test_cable_is_what_the_values_of_the_mask_say(self, values, fields, expected):
+        is_cable = Frame(mask=values, **fields).is_cable
+        assert is_cable.dtype == np.bool_
+        assert is_cable.tolist() == [[bool(one) for one in expected]]
+
+    @pytest.mark.parametrize("fields", [{}, {"mask_is": "probability"}, {"mask_is": "binary"}])
+    def test_cable_is_what_the_pipeline_reads(self, fields):
+        mask = cv2.GaussianBlur(cv2.line(np.zeros((120, 160), np.uint8), (20, 30), (140, 90), 255, 9), (0, 0), 3)
+        frame = Frame(mask=np.maximum(mask, 5), **fields)
+        pipeline = Pipeline()
+        pipeline.process(frame)
+        assert np.array_equal(frame.is_cable, pipeline.mask != 0)
+
+    def test_without_a_mask_nothing_says_what_is_cable(self):
+        assert Frame(IMAGE).is_cable is None
 
     def test_what_a_mask_is_may_be_said(self):
         grey = np.array([[0, 7, 255]], np.uint8)

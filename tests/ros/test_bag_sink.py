@@ -100,6 +100,14 @@ def test_masks_are_written_where_frames_bring_them(tmp_path):
     assert found.keys() == ALWAYS - {"overlay/compressed"} | {"mask"}
 
 
+def test_the_mask_of_a_probability_is_cut_at_one_half(tmp_path):
+    soft = np.where(bags.mask_of(0) > 0, 0.9, 0.02)
+    frame = dloftbs.Frame(mask=soft)
+    found = read_all(write(tmp_path / "curves.mcap", [(frame, dloftbs.detect(frame))], overlay=False))
+    ((_, message),) = found["mask"]
+    assert np.array_equal(message.data.reshape(soft.shape) == 255, soft > 0.5)
+
+
 def test_every_frame_written_is_there_before_the_file_is_closed(tmp_path, tracked, caplog):
     sink = BagSink(tmp_path / "curves.mcap")
     for i, (frame, result) in enumerate(tracked):

@@ -92,6 +92,15 @@ def test_frames_and_curves_are_logged_by_id_at_their_times(recordings, tmp_path)
     assert recording.logged["world/camera/depth"][0].options["meter"] == pytest.approx(1000.0)
 
 
+def test_a_mask_that_is_a_probability_is_shown_from_one_half_on(recordings, tmp_path):
+    cable = next(frames()).mask > 0
+    frame = dloftbs.Frame(mask=np.where(cable, 0.9, 0.02))
+    with sinks.open(tmp_path / "run.rrd") as sink:
+        sink.write(frame, dloftbs.FrameResult((), (), None, SIZE))
+    (shown,) = recordings[0].logged["world/camera/mask"]
+    assert np.array_equal(shown.values[0], cable)
+
+
 def test_the_viewer_is_started_and_stays_open(recordings):
     sink = sinks.RerunViewerSink()
     write(sink)

@@ -238,6 +238,14 @@ def test_a_frame_without_an_image_shows_its_mask(tmp_path):
     assert (picture == 255 * bar((18, 22), (10, 50))).all()
 
 
+def test_a_mask_that_is_a_probability_is_shown_from_one_half_on(tmp_path):
+    cable = bar((18, 22), (10, 50))
+    with sinks.open(f"{tmp_path}/a.labelme/") as sink:
+        sink.write(Frame(mask=np.where(cable, 0.9, 0.02), name="m.png"), result_of(UPPER))
+    picture = cv2.imread(str(tmp_path / "a.labelme" / "m.png"), cv2.IMREAD_UNCHANGED)
+    assert (picture == 255 * cable).all()
+
+
 def test_a_single_result_is_saved_as_labels_and_replaces_no_picture(tmp_path):
     result = replace(result_of(UPPER, name="a.png"), frame=frame(name="a.png"))
     result.save(tmp_path / "a.json")

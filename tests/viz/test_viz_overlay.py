@@ -369,6 +369,20 @@ def test_masks_show_as_dim_grey(build, kind):
         assert np.array_equal(viz.draw(picture, build.result(SIZE)), expected)
 
 
+def test_a_probability_shows_from_one_half_on(build):
+    mask = np.full(SIZE, 0.02)
+    mask[50:60] = 0.9
+    expected = np.where(mask[..., None] > 0.5, np.uint8(STYLE.mask), np.uint8(STYLE.ink))
+    assert np.array_equal(viz.draw(Frame(mask=mask), build.result(SIZE)), expected)
+
+
+def test_an_array_shows_as_a_frame_of_it_does(build):
+    mask = np.zeros(SIZE, np.uint8)
+    mask[40:60] = (np.hanning(20) * 255).astype(np.uint8)[:, None]
+    shown = viz.draw(mask, build.result(SIZE))
+    assert np.array_equal(shown, viz.draw(mask >= 128, build.result(SIZE)))
+
+
 def test_a_frame_shows_its_image_before_its_mask(build, textured):
     image = textured(*SIZE)
     frame = Frame(image=image, mask=np.ones(SIZE, bool))

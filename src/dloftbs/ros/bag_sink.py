@@ -118,8 +118,9 @@ class BagSink(PathSink):
             "points_px": points_message(make, pixels, [sample_px(track) for track in objects_of(result)], 2),
             "diagnostics": diagnostics_message(make, metres, result, limit=self._bend_limit),
         }
-        if frame.mask is not None:
-            messages["mask"] = mask_message(make, metres, frame.mask)
+        is_cable = frame.is_cable
+        if is_cable is not None:
+            messages["mask"] = mask_message(make, metres, is_cable)
         if self._overlay:
             from dloftbs import viz
 

@@ -14,7 +14,7 @@ from dloftbs.sinks._images import BgrImage, encode
 from dloftbs.sinks._seen import CATEGORY, SeenObject, seen_objects
 from dloftbs.sinks.overlay_pictures import picture_name
 from dloftbs.sinks.sink import PathSink
-from dloftbs.support.arrays import FloatArray, as_bytes
+from dloftbs.support.arrays import FloatArray
 from dloftbs.support.json_text import encode as json_of
 from dloftbs.support.safe_files import UnusedNames, claim_folder, write_whole
 
@@ -87,9 +87,9 @@ class LabelmeSink(PathSink):
 def _picture_of(frame: Frame) -> BgrImage:
     if frame.image is not None:
         return frame.image
-    assert frame.mask is not None  # a frame has one of the two
-    white: BgrImage = np.where(as_bytes(frame.mask) != 0, 255, 0).astype(np.uint8)
-    return white
+    is_cable = frame.is_cable
+    assert is_cable is not None  # a frame has one of the two
+    return np.where(is_cable, np.uint8(255), np.uint8(0))
 
 
 def _shapes_of(seen: SeenObject) -> list[dict[str, Any]]:

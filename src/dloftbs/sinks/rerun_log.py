@@ -159,8 +159,8 @@ class _Log:
             self.recording.log("world/camera", pinhole)
         if frame.image is not None:
             self.recording.log("world/camera/image", rerun.Image(frame.image, color_model="BGR").compress())
-        elif frame.mask is not None:
-            self.recording.log("world/camera/mask", rerun.SegmentationImage((frame.mask != 0).astype(np.uint8)))
+        elif (is_cable := frame.is_cable) is not None:
+            self.recording.log("world/camera/mask", rerun.SegmentationImage(is_cable.astype(np.uint8)))
         if frame.depth is not None:
             per_metre = 1.0 / frame.depth_unit_m if frame.depth.dtype.kind in "iu" else 1.0
             self.recording.log("world/camera/depth", rerun.DepthImage(frame.depth, meter=per_metre))

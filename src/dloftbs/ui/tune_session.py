@@ -355,7 +355,10 @@ class TuneSession:
         frame = self._store.frame(index)
         self._store.keep(frame)
         mask, is_suggested = self._mask(document, frame, is_draft=is_draft)
-        result = self._detector(document).detect(replace(frame, mask=mask))
+        read = replace(frame, mask=mask)
+        result = self._detector(document).detect(read)
+        is_cable = read.is_cable
+        assert is_cable is not None  # it has a mask
         header = {
             **describe(result),
             "index": frame.index,
@@ -363,9 +366,9 @@ class TuneSession:
             "has_depth": frame.depth is not None,
             "suggested": is_suggested,
             "offered": is_suggested and self._guesses.get((frame.index, document), False),
-            "doubt": None if is_suggested else doubt(mask, roi=document.roi),
+            "doubt": None if is_suggested else doubt(is_cable, roi=document.roi),
         }
-        parts = {"mask": encode_runs(mask)}
+        parts = {"mask": encode_runs(is_cable)}
         if frame.index != image:
             parts["image"] = encode_jpeg(as_picture(frame, Style()))
         return frame, header, parts

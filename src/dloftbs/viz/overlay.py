@@ -44,7 +44,8 @@ def draw(
     Parameters
     ----------
     image_or_frame : Frame or array_like, shape (H, W, 3), uint8, or shape (H, W), bool or any integer type
-        The picture to draw on, or a mask, of which any non-zero shows as grey. A frame without an image shows its mask.
+        The picture to draw on, or a mask, whose cable shows as grey (`Frame.is_cable`). A frame without an image shows
+        its mask.
     result : FrameResult, or Track, Detection or BSplineCurve, one or several
         Of that frame; curves in the image, px. Where a result has a reason why nothing was found, that is written into
         the lower left corner; and only a result knows of crossings.
@@ -101,14 +102,16 @@ def as_picture(image_or_frame: Frame | npt.ArrayLike, style: Style) -> Picture:
         If it has another shape or type, or no pixels.
     """
     if isinstance(image_or_frame, Frame):
-        source = image_or_frame.image if image_or_frame.image is not None else image_or_frame.mask
-        assert source is not None  # the frame saw to it
+        frame = image_or_frame
     else:
-        source = as_pixels("the picture", image_or_frame, "any")
-    if looks_like_image(source):
-        picture = np.array(check_image(source), order="C")
+        pixels = as_pixels("the picture", image_or_frame, "any")
+        frame = Frame(image=pixels) if looks_like_image(pixels) else Frame(mask=check_mask(pixels))
+    if frame.image is not None:
+        picture = np.array(frame.image, order="C")
     else:
-        picture = grey(check_mask(source) != 0, style)
+        is_cable = frame.is_cable
+        assert is_cable is not None  # the frame saw to it
+        picture = grey(is_cable, style)
     if picture.size == 0:
         raise InputError(f"a picture must have at least one pixel, got shape {picture.shape}")
     return picture

@@ -193,11 +193,11 @@ class DegradedSequence(KnownSequence):
             If there is no such frame, or neither it nor its truth has a mask.
         """
         frame, truth = self.sequence.frame(index), self.sequence.truth(index)
-        mask = truth.mask if frame.mask is None else frame.mask
+        mask = truth.mask if frame.mask is None else frame.is_cable
         if mask is None:
             raise InputError(f"{self.sequence.name} has no masks to degrade")
         degraded = self.degradation.apply(mask, truth.curves, (self.seed, index))
-        return replace(frame, image=None, mask=degraded, name=f"{self.name}#{index:04d}")
+        return replace(frame, image=None, mask=degraded, mask_is="binary", name=f"{self.name}#{index:04d}")
 
     def truth(self, index: int) -> Truth:
         """Return the truth of a frame.

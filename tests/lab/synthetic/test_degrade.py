@@ -157,6 +157,21 @@ def test_the_true_mask_stands_in_where_a_frame_has_none():
     np.testing.assert_array_equal(frame.mask, demo.truth(1).mask)
 
 
+class Soft(KnownSequence):
+    name = "soft"
+    length = 1
+
+    def frame(self, index):
+        return Frame(mask=np.where(self.truth(index).mask, 0.9, 0.02))
+
+    def truth(self, index):
+        return DemoSequence(2, (144, 256), width_px=3.0).truth(index)
+
+
+def test_a_probability_is_degraded_as_its_cable():
+    np.testing.assert_array_equal(DegradedSequence(Soft(), Degradation()).frame(0).mask, Soft().truth(0).mask)
+
+
 class Blind(KnownSequence):
     name = "blind"
     length = 1

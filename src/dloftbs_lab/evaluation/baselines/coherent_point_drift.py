@@ -117,9 +117,10 @@ def points_in_image(frame: Frame) -> FloatArray:
     InputError
         If the frame has no mask.
     """
-    if frame.mask is None:
+    is_cable = frame.is_cable
+    if is_cable is None:
         raise InputError("coherent point drift needs a mask, got an image alone")
-    rows, columns = np.nonzero(frame.mask)
+    rows, columns = np.nonzero(is_cable)
     return np.stack((columns, rows), axis=1).astype(np.float64)
 
 
@@ -151,14 +152,15 @@ def visibility(nodes: FloatArray, frame: Frame) -> FloatArray:
 
     It falls with the distance to the mask in px times the metres by which what is seen lies before the node.
     """
-    assert frame.mask is not None  # points_in_space saw to it
+    is_cable = frame.is_cable
+    assert is_cable is not None  # points_in_space saw to it
     camera, depth = _camera_and_depth(frame)
     pixels = np.rint(np.nan_to_num(camera.project(nodes), nan=-1.0)).astype(np.intp)
     columns, rows = pixels.T
     inside = (columns >= 0) & (rows >= 0) & (columns < depth.shape[1]) & (rows < depth.shape[0])
     rows, columns = rows[inside], columns[inside]
     behind = np.where(depth[rows, columns] > 0.0, np.maximum(nodes[inside, 2] - depth[rows, columns], 0.0), 0.0)
-    away, _ = cKDTree(np.argwhere(frame.mask)).query(np.stack((rows, columns), axis=1))
+    away, _ = cKDTree(np.argwhere(is_cable)).query(np.stack((rows, columns), axis=1))
     seen = np.full(len(nodes), _MIN_SEEN)
     seen[inside] = np.maximum(np.exp(-_VISIBILITY * behind * away), _MIN_SEEN)
     return seen

@@ -95,10 +95,10 @@ def _draw(suite: Suite, part: Part, row: FrameRow) -> Picture:
 def _ground(frame: Frame) -> Picture:
     """Return the dimmed picture of a frame, with its mask on it."""
     picture = as_picture(frame, viz.Style())
-    if frame.image is None or frame.mask is None:
+    mask = frame.is_cable
+    if frame.image is None or mask is None:
         return picture
     picture = cv2.convertScaleAbs(picture, alpha=_DIMMED).astype(np.uint8, copy=False)
-    mask = frame.mask != 0
     tinted = (1.0 - _MASK_SHARE) * picture[mask] + _MASK_SHARE * np.array(_MASK)
     picture[mask] = tinted.astype(np.uint8)
     return picture

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Hashable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -148,7 +147,8 @@ def _cover(found: Found, known: KnownFrame) -> tuple[float | None, float | None]
 
 def _by_masks(found: Found, truth: Truth, frame: Frame, l1_px: float | None, l2_px: float | None) -> Score:
     assert truth.labels is not None  # a truth has curves or masks
-    result = dice(_labels(found, truth.labels > 0 if frame.mask is None else frame.mask), truth.labels)
+    is_cable = frame.is_cable
+    result = dice(_labels(found, truth.labels > 0 if is_cable is None else is_cable), truth.labels)
     missing, redundant = len(result.missing), len(result.redundant)
     # A curve that is hidden by another one in the picture of labels was found all the same.
     redundant += max(len(found.curves) - (len(truth.ids) - missing + redundant), 0)
@@ -157,7 +157,7 @@ def _by_masks(found: Found, truth: Truth, frame: Frame, l1_px: float | None, l2_
     return Score(l1_px, l2_px, None, None, None, None, _or_none(result.mean), missing, redundant, right, clean, None)
 
 
-def _labels(found: Found, mask: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+def _labels(found: Found, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
     """Give each pixel of a mask (H, W) to the nearest curve within a width of it; labels count curves from 1 on."""
     labels = np.zeros(mask.shape, np.int32)
     if found.curves:
@@ -165,7 +165,7 @@ def _labels(found: Found, mask: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
         owner = np.repeat(np.arange(1, len(lines) + 1), [len(line) for line in lines])
         rows, columns = np.nonzero(mask)
         distance, nearest = cKDTree(np.concatenate(lines)).query(np.column_stack((columns, rows)))
-        labels[rows, columns] = np.where(distance <= mean_width(mask > 0), owner[nearest], 0)
+        labels[rows, columns] = np.where(distance <= mean_width(mask), owner[nearest], 0)
     return labels
 
 

@@ -74,7 +74,7 @@ class KnownFrame:
     @cached_property
     def pixels(self) -> MaskPixels | None:
         """The visible pixels of all objects, or those of the frame's mask; None where there is no mask."""
-        mask = self.truth.mask if self.truth.mask is not None else self.frame.mask
+        mask = self.truth.mask if self.truth.mask is not None else self.frame.is_cable
         return None if mask is None else MaskPixels(mask)
 
     @cached_property
@@ -125,10 +125,10 @@ class KnownFrame:
     @cached_property
     def cloud(self) -> PointCloud | None:
         """The frame's mask in space; None without depth, and where none of its pixels has any."""
-        frame = self.frame
-        if frame.mask is None or frame.depth is None or frame.camera is None:
+        frame, is_cable = self.frame, self.frame.is_cable
+        if is_cable is None or frame.depth is None or frame.camera is None:
             return None
-        rows, columns = np.divmod(np.flatnonzero((frame.mask > 0) & (frame.depth > 0)), frame.mask.shape[1])
+        rows, columns = np.divmod(np.flatnonzero(is_cable & (frame.depth > 0)), is_cable.shape[1])
         if not len(rows):
             return None
         pixels = np.column_stack((columns, rows)).astype(np.float64)

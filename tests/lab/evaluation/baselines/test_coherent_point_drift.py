@@ -9,7 +9,14 @@ from dloftbs.errors import InputError
 from dloftbs_lab import synthetic
 from dloftbs_lab.evaluation import curve_l3
 from dloftbs_lab.evaluation.baselines import LENGTHS, CoherentPointDrift
-from dloftbs_lab.evaluation.baselines.coherent_point_drift import NODES, STRETCH, points_in_space, thin_out, visibility
+from dloftbs_lab.evaluation.baselines.coherent_point_drift import (
+    NODES,
+    STRETCH,
+    points_in_image,
+    points_in_space,
+    thin_out,
+    visibility,
+)
 from dloftbs_lab.truth import Truth
 
 SIZE = (180, 320)
@@ -123,6 +130,12 @@ def test_in_space_it_needs_depth(deep):
     tracker.start(deep.frame(0), deep.truth(0))
     with pytest.raises(InputError, match="needs frames with depth and a camera"):
         tracker(flat)
+
+
+def test_the_points_of_a_probability_are_those_from_one_half_on():
+    soft = np.full(SIZE, 0.02)
+    soft[10, 20:24] = 0.9
+    assert points_in_image(Frame(mask=soft)).tolist() == [[x, 10.0] for x in range(20, 24)]
 
 
 def test_it_needs_a_mask():

@@ -51,6 +51,32 @@ def test_a_spoilt_truth_scores_what_arithmetic_says(tmp_path, function, l3_px, c
         assert (row.missing, row.redundant, row.right, row.clean) == (0, 0, 2 * clean, clean)
 
 
+class Shown(Bars):
+    """Bars of which the frame's mask alone says which pixels are cable, or a soft one that does not quite go to 0."""
+
+    is_soft = False
+
+    def frame(self, index):
+        frame = super().frame(index)
+        return dataclasses.replace(frame, mask=np.where(frame.mask, 0.9, 0.02)) if self.is_soft else frame
+
+    def truth(self, index):
+        truth = super().truth(index)
+        return truth if self.only_masks else dataclasses.replace(truth, visible_masks=())
+
+
+class Soft(Shown):
+    is_soft = True
+
+
+@pytest.mark.parametrize("only_masks", [False, True])
+def test_pixels_of_a_mask_that_is_a_probability_are_those_from_one_half_on(tmp_path, only_masks):
+    hard, soft = (
+        rows_of(tmp_path, stubs.shifted, kind(kind.__name__, length=1, only_masks=only_masks)) for kind in (Shown, Soft)
+    )
+    assert (soft[0].l1_px, soft[0].l2_px, soft[0].dice) == (hard[0].l1_px, hard[0].l2_px, hard[0].dice)
+
+
 def test_a_shift_shows_in_both_covers(tmp_path):
     (row,) = rows_of(tmp_path, stubs.shifted, Bars(length=1))
     assert row.l1_px == pytest.approx(7.0, abs=0.1)

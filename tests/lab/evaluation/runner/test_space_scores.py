@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import curve_through
@@ -62,6 +64,13 @@ def test_without_space_there_is_nothing_to_say(scene):
     plain = Truth(truth.curves, truth.visible_masks, truth.ids)
     known = KnownFrame(frame, plain, sequence.radius_m)
     assert score(found_in([truth.curves_3d[0]], frame), known).l1_mm is None
+
+
+def test_pixels_of_a_probability_in_space_are_those_from_one_half_on(scene):
+    sequence, frame, truth = scene
+    soft = replace(frame, mask=np.where(frame.mask, 0.9, 0.02))
+    hard, seen = (KnownFrame(one, truth, sequence.radius_m).cloud.points for one in (frame, soft))
+    assert np.array_equal(seen, hard)
 
 
 def test_without_a_radius_nothing_is_said_of_the_surface(scene):
