@@ -21,7 +21,9 @@ from sinks import sink_examples as examples
 
 import dloftbs
 from dloftbs import InputError, SinkError, sinks, sources
+from dloftbs.config import DepthConfig
 from dloftbs.data.answers import BendLimit
+from dloftbs.data.depth import to_metres
 from dloftbs.ros import BagSink, Recording, RosFrame
 from dloftbs.ros.bag_metadata import QOS
 from dloftbs.ros.message_types import MessageTypes
@@ -106,6 +108,24 @@ def test_the_mask_of_a_probability_is_cut_at_one_half(tmp_path):
     found = read_all(write(tmp_path / "curves.mcap", [(frame, dloftbs.detect(frame))], overlay=False))
     ((_, message),) = found["mask"]
     assert np.array_equal(message.data.reshape(soft.shape) == 255, soft > 0.5)
+
+
+@pytest.mark.parametrize(
+    ("counts", "unit_m"),
+    [("u2", 1e-3), (">u2", 1e-3), ("u2", 1e-4), ("i2", 1e-3), ("i4", 1e-4), ("u4", 1e-3), ("f2", 1e-3), ("f8", 1e-4)],
+)
+def test_depth_that_is_written_is_read_back_in_metres(tmp_path, counts, unit_m):
+    metres = np.full(bags.SIZE, 0.75)
+    metres[0] = 0.0
+    depth = metres.astype(counts) if counts.startswith("f") else np.rint(metres / unit_m).astype(counts)
+    image = examples.frame(0, bags.SIZE).image
+    frame = dloftbs.Frame(image, bags.mask_of(0), depth, depth_unit_m=unit_m)
+    path = write(tmp_path / "curves.mcap", [(frame, dloftbs.detect(frame))], with_input=True)
+    with sources.open(path, topic="/dloftbs/image", depth_topic="/dloftbs/depth") as source:
+        (back,) = source
+    known = to_metres(back.depth, back.depth_unit_m, DepthConfig())
+    assert known[1:] == pytest.approx(0.75, abs=1e-6)
+    assert np.isnan(known[0]).all()
 
 
 def test_every_frame_written_is_there_before_the_file_is_closed(tmp_path, tracked, caplog):

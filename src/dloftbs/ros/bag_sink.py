@@ -145,7 +145,7 @@ class BagSink(PathSink):
         if frame.image is not None:
             messages["image"] = image_message(self._make, header, frame.image)
         if frame.depth is not None:
-            messages["depth"] = image_message(self._make, header, frame.depth)
+            messages["depth"] = image_message(self._make, header, frame.depth, frame.depth_unit_m)
         if frame.camera is not None:
             messages["camera_info"] = camera_message(self._make, header, frame.camera, frame.size)
         return messages

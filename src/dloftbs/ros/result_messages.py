@@ -26,7 +26,16 @@ from dloftbs.support.array_likes import as_array
 from dloftbs.support.arrays import AnyArray, check_depth, check_image, check_mask
 from dloftbs.support.json_text import encode_line
 from dloftbs.support.text import readable
-from dloftbs.support.values import check_integer, check_size, check_text, check_type, set_fields
+from dloftbs.support.values import (
+    DEPTH_UNITS_M,
+    MILLIMETRE_M,
+    check_integer,
+    check_number,
+    check_size,
+    check_text,
+    check_type,
+    set_fields,
+)
 
 PIXELS = "/pixels"
 """Ending of the frame's name for points in pixels."""
@@ -39,6 +48,7 @@ _FIELD_TYPES: dict[str, tuple[str, int]] = {
     "inferred": ("u1", _UINT8),
 }
 _DEPTH_ENCODINGS = {"uint16": "16UC1", "float32": "32FC1", "float64": "64FC1"}
+"""Encodings of depth by its type: counts are of a millimetre, as readers of ROS take them; the others are metres."""
 _PLUMB_BOB = 5
 """Most coefficients of the distortion model of that name."""
 _MAX_NS = 2**63 - 1
@@ -174,20 +184,30 @@ def mask_message(make: MessageFactory, header: Any, mask: AnyArray) -> Any:
     )
 
 
-def image_message(make: MessageFactory, header: Any, pixels: AnyArray) -> Any:
+def image_message(make: MessageFactory, header: Any, pixels: AnyArray, depth_unit_m: float = MILLIMETRE_M) -> Any:
     """Return an image (H, W, 3), BGR, or depth (H, W), counts or metres, as a ``sensor_msgs/Image``.
+
+    Depth that messages have no encoding for becomes metres of 32 bits, NaN where it is 0: counts of another unit than
+    a millimetre, or of another type than uint16, and floating point of 16 bits.
+
+    Parameters
+    ----------
+    make : MessageFactory
+    header : std_msgs/Header
+    pixels : numpy.ndarray, shape (H, W, 3), uint8, or shape (H, W), floating point or integer
+    depth_unit_m : float
+        Metres per count of integer depth.
 
     Raises
     ------
     InputError
-        If it is neither, or messages have no encoding of that type.
+        If it is neither, or an argument is of another type or out of range.
     """
     check_type("make", make, MessageFactory)
+    depth_unit_m = check_number("depth_unit_m", depth_unit_m, *DEPTH_UNITS_M)
     pixels = as_array("pixels", pixels)
-    pixels = check_image(pixels) if pixels.ndim == 3 else check_depth(pixels)
-    kind = "bgr8" if pixels.ndim == 3 else _DEPTH_ENCODINGS.get(pixels.dtype.name)
-    if kind is None:
-        raise InputError(f"depth must be of {', '.join(_DEPTH_ENCODINGS)} for a message, got {pixels.dtype}")
+    pixels = check_image(pixels) if pixels.ndim == 3 else _in_unit_of_messages(check_depth(pixels), depth_unit_m)
+    kind = "bgr8" if pixels.ndim == 3 else _DEPTH_ENCODINGS[pixels.dtype.name]
     little = np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("<"))
     return make(
         "sensor_msgs/msg/Image",
@@ -199,6 +219,15 @@ def image_message(make: MessageFactory, header: Any, pixels: AnyArray) -> Any:
         step=little.nbytes // pixels.shape[0],
         data=little.view(np.uint8).ravel(),
     )
+
+
+def _in_unit_of_messages(depth: AnyArray, depth_unit_m: float) -> AnyArray:
+    """Return depth (H, W) as it is where messages have an encoding for it, and else in metres, float32."""
+    is_counts = depth.dtype.kind != "f"
+    if depth.dtype.name in _DEPTH_ENCODINGS and not (is_counts and depth_unit_m != MILLIMETRE_M):
+        return depth
+    metres = depth * (depth_unit_m if is_counts else 1.0)
+    return np.where(depth != 0, metres, np.nan).astype(np.float32)
 
 
 def camera_message(make: MessageFactory, header: Any, camera: PinholeCamera, size: tuple[int, int]) -> Any:
