@@ -309,12 +309,39 @@ def test_a_source_can_be_read_again_and_closed_midway(tmp_path):
         iter(source)
 
 
-def test_memory_stays_bounded_where_depth_never_comes(tmp_path):
-    given = bags.entries(60, info=False)
+def test_memory_stays_bounded_where_depth_never_comes(tmp_path, caplog):
+    given = bags.entries(90, info=False)
     depth_last = sorted(given, key=lambda entry: entry[0] == bags.DEPTH_TOPIC)
     frames, _ = read(bags.write_mcap(tmp_path / "run.mcap", depth_last))
-    assert [frame.index for frame in frames] == list(range(60))
-    assert sum(frame.depth is not None for frame in frames) < 10
+    assert [frame.index for frame in frames] == list(range(90))
+    assert [frame.depth is not None for frame in frames] == [False] * 59 + [True] * 31  # the last second waits
+    assert f"59 images go without depth that {bags.DEPTH_TOPIC} has: it was recorded too long" in caplog.text
+
+
+def late_depth(late_ns, count=60):
+    """Return what a camera publishes, its depth recorded later by as much as is said for each image."""
+    given = []
+    for topic, at, message in bags.entries(count, info=False):
+        i = round((at - bags.START_NS) / bags.PERIOD_NS)
+        given.append((topic, at + late_ns(i) * (topic == bags.DEPTH_TOPIC), message))
+    return sorted(given, key=lambda entry: entry[1])
+
+
+@pytest.mark.parametrize("late_ns", [300_000_000, 450_000_000, -450_000_000])
+def test_depth_that_was_recorded_late_or_early_goes_to_its_image(late_ns, tmp_path, caplog):
+    frames, _ = read(bags.write_mcap(tmp_path / "run.mcap", late_depth(lambda i: late_ns)))
+    assert [None if frame.depth is None else frame.depth[0, 0] for frame in frames] == list(range(600, 660))
+    assert "depth" not in caplog.text
+
+
+@pytest.mark.parametrize(("until", "said"), [(40, ""), (41, "1 image goes"), (60, "20 images go")])
+def test_images_are_counted_whose_depth_comes_more_than_a_second_later(until, said, tmp_path, caplog):
+    given = late_depth(lambda i: (until - i) * bags.PERIOD_NS if 10 <= i < until else 0, count=70)
+    frames, _ = read(bags.write_mcap(tmp_path / "run.mcap", given))
+    missed = max(until - 40, 0)
+    assert [frame.depth is None for frame in frames] == [10 <= i < 10 + missed for i in range(70)]
+    assert (f"{said} without depth that {bags.DEPTH_TOPIC} has" if said else "") in caplog.text
+    assert ("without depth" in caplog.text) == bool(missed)
 
 
 @pytest.mark.parametrize("module", ["rosbags.typesys", "zstandard", "mcap.records"])

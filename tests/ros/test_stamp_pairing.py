@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.ros.stamp_pairing import MASK_TOLERANCE_S, WAITING, WAITING_FOR_MASKS, StampPairing
+from dloftbs.ros.stamp_pairing import (
+    MASK_TOLERANCE_S,
+    MOST_RECORDED,
+    RECORDED_S,
+    WAITING,
+    WAITING_FOR_MASKS,
+    StampPairing,
+)
 
 MS = 1_000_000
 STAMPS = st.lists(st.integers(0, 400), max_size=12, unique=True).map(sorted)
@@ -73,6 +81,40 @@ def test_images_that_overtake_each_other_do_not_begin_anew():
     assert not list(pairing.add_image(1000 * MS, 1000))
     assert not list(pairing.add_image(100 * MS, 100))
     assert list(pairing.add_partner(1000 * MS, 1000)) == [(1000, 1000), (100, None)]
+
+
+@pytest.mark.parametrize(("rate", "late_ms"), [(30, 900), (90, 900), (90, -900), (2, 3500)])
+def test_images_wait_for_a_time_where_one_is_asked_for(rate, late_ms):
+    pairing: StampPairing[int, int] = StampPairing(0.02, waiting_s=RECORDED_S, most=MOST_RECORDED)
+    stamps = [1000 * i // rate for i in range(300)]
+    arrivals = sorted([(at, True, at) for at in stamps] + [(at + late_ms, False, at) for at in stamps])
+    found = []
+    for _, is_image, at in arrivals:
+        found += (pairing.add_image if is_image else pairing.add_partner)(at * MS, at)
+    assert [*found, *pairing.rest()] == [(at, at) for at in stamps]
+    assert pairing.missed == 0
+
+
+@pytest.mark.parametrize("is_late", [True, False])
+def test_what_waits_for_a_time_is_bounded_in_number_and_what_misses_it_is_counted(is_late):
+    pairing: StampPairing[int, int] = StampPairing(0.0, waiting_s=RECORDED_S, most=MOST_RECORDED)
+    add_first, add_then = (pairing.add_image, pairing.add_partner)[:: 1 if is_late else -1]
+    found = [pair for at in range(500) for pair in add_first(at * MS, at)]
+    found += [pair for at in range(500) for pair in add_then(at * MS, at)]
+    found += pairing.rest()
+    assert sorted(found) == [(at, None) for at in range(500 - MOST_RECORDED)] + [
+        (at, at) for at in range(500 - MOST_RECORDED, 500)
+    ]
+    assert pairing.missed == 500 - MOST_RECORDED
+
+
+def test_images_that_have_no_partner_anywhere_miss_none():
+    pairing: StampPairing[int, int] = StampPairing(0.02)
+    for at in range(0, 3000, 33):
+        assert all(depth is None for _, depth in pairing.add_image(at * MS, at))
+    for at in range(3100, 6000, 33):
+        assert all(depth is None for _, depth in pairing.add_partner(at * MS, at))
+    assert pairing.missed == 0
 
 
 def test_half_the_rate_of_depth_leaves_every_other_image_without():

@@ -17,7 +17,15 @@ from dloftbs.ros.frame_messages import FrameMaker, ImageAndMask
 from dloftbs.ros.message_fields import NS_PER_S, kind_of_reason, stamp_ns_of
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
-from dloftbs.ros.stamp_pairing import MASK_TOLERANCE_S, TOLERANCE_S, WAITING, WAITING_FOR_MASKS, StampPairing
+from dloftbs.ros.stamp_pairing import (
+    MASK_TOLERANCE_S,
+    MOST_RECORDED,
+    RECORDED_S,
+    TOLERANCE_S,
+    WAITING,
+    WAITING_FOR_MASKS,
+    StampPairing,
+)
 from dloftbs.ros.topic_choice import IMAGE_TYPES, INFO_TYPE, OWN_TOPICS, Topics, choose_topics
 from dloftbs.ros.topic_clock import TopicClock
 from dloftbs.sources.pixels import Kind
@@ -295,7 +303,9 @@ class BagSource(Source):
         depth, mask = self.topics.depth, self.topics.mask
         by_log = depth is not None and self._has_two_clocks()
         pairing: StampPairing[_Item, _Item] = StampPairing(
-            max(self._tolerance_s, _LOG_TOLERANCE_S) if by_log else self._tolerance_s
+            max(self._tolerance_s, _LOG_TOLERANCE_S) if by_log else self._tolerance_s,
+            waiting_s=RECORDED_S,
+            most=MOST_RECORDED,
         )
         masking: StampPairing[Pair, _Item] | None = None
         if mask is not None:
@@ -320,7 +330,7 @@ class BagSource(Source):
             yield from _masked(masking.rest())
         for what, topic, pairs_of in (("without depth", depth, pairing), ("without a mask", mask, masking)):
             if topic is not None and pairs_of is not None and images:
-                self._say_pairs(what, topic, pairs_of.least_gap_ns, pairs_of.tolerance_ns)
+                self._say_pairs(what, topic, pairs_of)
 
     def _items(self, maker: FrameMaker, kept: _Kept) -> Iterator[tuple[str, int, _Item]]:
         """Yield images, depths and masks as they come, with their topics and the times of the recording."""
@@ -381,9 +391,20 @@ class BagSource(Source):
             logger.warning("%s: %s: %s; it is replaced by the time of the recording", self.name, raw.topic, why)
         return time_ns
 
-    def _say_pairs(self, what: str, topic: Topic, gap_ns: int | None, most_ns: int) -> None:
-        """Say it where no image found its depth, or its mask."""
-        if gap_ns is None:
+    def _say_pairs(self, what: str, topic: Topic, pairing: StampPairing[Any, Any]) -> None:
+        """Say it where no image found its depth, or its mask, and where it came too late or too early for some."""
+        gap_ns, most_ns = pairing.least_gap_ns, pairing.tolerance_ns
+        if pairing.missed:
+            missed = "1 image goes" if pairing.missed == 1 else f"{pairing.missed} images go"
+            logger.warning(
+                "%s: %s %s that %s has: it was recorded too long before or after, where about a second is waited for; "
+                "write the recording again in the order of its stamps",
+                self.name,
+                missed,
+                what,
+                topic.name,
+            )
+        elif gap_ns is None:
             logger.warning("%s: frames go %s: no message of %s came that can be read", self.name, what, topic.name)
         elif gap_ns > most_ns:
             apart = f"{gap_ns / NS_PER_S:g} s away from every image, {most_ns / NS_PER_S:g} s at most"
