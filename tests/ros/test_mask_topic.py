@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from cli.cli_inputs import run
@@ -82,6 +83,16 @@ def test_frames_carry_their_own_images_however_late_masks_are(tmp_path):
     frames, _ = read(written(tmp_path, masks(range(COUNT), 900_000_000)), keep_messages=True)
     images = [[raw.stamp_ns for raw in frame.recorded if raw.topic == bags.COLOUR_TOPIC] for frame in frames]
     assert images == [[bags.stamp_of(i) + 2_000_000] for i in range(COUNT)]
+
+
+def test_a_grey_mask_is_read_as_a_probability_and_one_of_two_values_is_binary(tmp_path):
+    grey = np.maximum(cv2.GaussianBlur(np.where(bags.mask_of(0), np.uint8(255), np.uint8(0)), (0, 0), 2), 5)
+    ((soft,), _), ((hard,), _) = (
+        read(written(tmp_path / name, masks([0], pixels=pixels)))
+        for name, pixels in (("soft", grey), ("hard", np.minimum(bags.mask_of(0), 1)))
+    )
+    assert np.array_equal(soft.is_cable, grey >= 128)
+    assert np.array_equal(hard.is_cable, bags.mask_of(0) > 0)
 
 
 def test_images_without_a_mask_are_left_out(tmp_path, caplog):

@@ -245,7 +245,7 @@ def input_options(command: Command) -> Command:
         type=click.Choice(("auto", "image", "mask")),
         default="auto",
         show_default=True,
-        help="Read the frames as images or as masks, in which any non-zero pixel is cable. auto: grey files and label "
+        help="Read the frames as images or as masks, whose values --mask-is explains. auto: grey files and label "
         "images are masks, unless a colour is given.",
     )
     @click.option(

@@ -77,8 +77,8 @@ class FrameMaker:
     where : str
         Origin of the messages, for warnings.
     kind : {"auto", "image", "mask", "auto_image"}
-        "auto" takes one channel for a mask, in which any non-zero is cable; colour is an image. "auto_image" takes
-        both for images.
+        "auto" takes one channel for a mask, whose values `Frame` reads (`mask_is`); colour is an image. "auto_image"
+        takes both for images.
     rectified : bool
         Whether the images are rectified (see `camera_of`).
     camera : PinholeCamera, optional
@@ -168,7 +168,8 @@ class FrameMaker:
         ----------
         image : sensor_msgs/Image or sensor_msgs/CompressedImage
         mask : sensor_msgs/Image or sensor_msgs/CompressedImage, optional
-            Of the same moment; any non-zero is cable. What comes in `image` is then an image, also with one channel.
+            Of the same moment; `Frame` reads its values (`mask_is`). What comes in `image` is then an image, also with
+            one channel.
 
         Raises
         ------

@@ -94,12 +94,12 @@ def open(
         hold `depth` and `occluders` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter
         with `distortion` and `distortion_model` as `PinholeCamera` has them.
     kind : {"auto", "image", "mask", "auto_image"}
-        Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, in which any
-        non-zero is cable; other files, videos, animations and cameras are images; arrays are what their shape or key
-        says. In masks from JPEG, AVIF, lossy WebP and video, cable begins at half brightness, since their codecs ring
-        around edges. In PNG files of indexed colour that are masks, index 0 is ground, any other cable, whatever their
-        colours; with "auto" they are masks if index 0 is black and the most frequent of at most 32 in the image, as
-        labels have it, or if all colours are grey. "auto_image": as "auto", but files and arrays of one channel are
+        Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, whose values
+        `Frame` reads (`mask_is`); other files, videos, animations and cameras are images; arrays are what their shape
+        or key says. In masks from JPEG, AVIF, lossy WebP and video, cable begins at half brightness, since their codecs
+        ring around edges. In PNG files of indexed colour that are masks, index 0 is ground, any other cable, whatever
+        their colours; with "auto" they are masks if index 0 is black and the most frequent of at most 32 in the image,
+        as labels have it, or if all colours are grey. "auto_image": as "auto", but files and arrays of one channel are
         images too, for frames whose masks a colour is to make; arrays of bool, and `masks` in a .npz file, stay masks.
     depth : str or path, optional
         Depth registered to the frames: a folder, a glob, a .npy or a .npz file (key `depth`) or a TIFF with as many

@@ -124,13 +124,14 @@ def evaluate(
     mydata/
       00.png         image or mask: .png .jpg .jpeg .bmp .tif .tiff .webp .pbm .pgm .ppm
       00.json        its truth: {"curves": [[[x, y], [x, y], ...], ...]}, a list of points per cable
-      00.mask.png    mask of the image, any non-zero is cable; without it, give --hsv
+      00.mask.png    mask of the image; without it, give --hsv
       00.depth.png   depth: 16 bits in mm, or 00.depth.npy in metres; optional
       00.occluders.png   mask of objects that may hide cables; optional
       01.jpg
       01.csv         in place of JSON: a line object,x,y (or object,x,y,z), then a row per point
       camera.json    {"fx": ..., "fy": ..., "cx": ..., "cy": ...}, for curves in metres; optional
 
+    Any non-zero of a mask is cable, unless many grey values make it a probability, whose cable begins at one half.
     x and y are pixels, right and down from the centre of the top left pixel. With points [x, y, z], z being the
     depth in metres, and a camera, curves in space are scored, too. A cubic spline goes through two points or more;
     repeat the first point at the end for a loop. Images without truth are skipped, with a warning. Each image counts
