@@ -17,6 +17,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray, as_points
+from dloftbs_lab.evaluation.curves import length_of
 from dloftbs_lab.evaluation.traces import SAMPLES, Trace, trace_of
 
 Curve = BSplineCurve | FloatArray
@@ -75,7 +76,7 @@ class Found:
 
     @cached_property
     def points(self) -> FloatArray:
-        """Points of all curves, at most 1 px apart, shape (n, 2)."""
+        """Points of all curves as `samples` spaces them, shape (n, 2)."""
         return np.concatenate([np.empty((0, 2)), *(samples(curve) for curve in self.curves)])
 
     @cached_property
@@ -110,12 +111,18 @@ def found_in(output: Any, frame: Frame) -> Found:
 
 
 def samples(curve: Curve) -> FloatArray:
-    """Return points along a curve in the image, at most about 1 px apart, shape (n, 2)."""
+    """Return points at equal distances along a curve in the image, about 1 px apart or less, shape (n, 2).
+
+    Curves of more than 4000 px get 4000 points.
+    """
     if isinstance(curve, BSplineCurve):
-        return curve.sample(min(max(math.ceil(curve.length) + 1, _MIN_SAMPLES), _MAX_SAMPLES))
-    steps = np.ceil(np.linalg.norm(np.diff(curve, axis=0), axis=1)).clip(1, _MAX_SAMPLES).astype(int)
-    at = np.concatenate([start + np.arange(count) / count for start, count in enumerate(steps)] + [[len(steps)]])
-    return np.stack([np.interp(at, np.arange(len(curve)), values) for values in curve.T], axis=1)
+        return curve.sample(_count(curve.length))
+    trace = Trace(curve, closed=False)
+    return trace.resampled(_count(length_of(curve, trace)))
+
+
+def _count(length_px: float) -> int:
+    return min(max(math.ceil(length_px) + 1, _MIN_SAMPLES), _MAX_SAMPLES)
 
 
 def _of_result(result: FrameResult) -> Found:

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from dloftbs.data.curve import BSplineCurve
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.evaluation.curve_matching import Matching
 from dloftbs_lab.evaluation.curves import length_of
-from dloftbs_lab.evaluation.runner.found import Curve, Found
+from dloftbs_lab.evaluation.runner.found import Found
 from dloftbs_lab.evaluation.runner.known_frame import KnownFrame
 from dloftbs_lab.evaluation.runner.visible_truth import in_space
 from dloftbs_lab.evaluation.traces import SAMPLES, trace_of
@@ -56,7 +55,7 @@ def score_in_space(found: Found, matching: Matching, known_frame: KnownFrame) ->
     surface_m = None
     if known_frame.radius_m is not None:
         surface_m = _mean(in_space(trace, length_m, known_frame.surfaces[true])[0] for trace, length_m, true in lines)
-    cover = _cover(np.concatenate([_points(curve) for curve, _ in known]), known_frame)
+    cover = _cover(np.concatenate([trace.resampled(_SAMPLES) for trace in traces]), known_frame)
     return SpaceScore(*cover, _MM_PER_M * l3_m, None if surface_m is None else _MM_PER_M * surface_m, length_error)
 
 
@@ -67,10 +66,6 @@ def _cover(points: FloatArray, known: KnownFrame) -> tuple[float | None, float |
     from_cloud, _ = cKDTree(points, balanced_tree=False).query(known.cloud.points)
     from_points, _ = known.cloud.tree.query(points)
     return _MM_PER_M * float(from_cloud.mean()), _MM_PER_M * float(from_points.mean())
-
-
-def _points(curve: Curve) -> FloatArray:
-    return curve.sample(_SAMPLES) if isinstance(curve, BSplineCurve) else curve
 
 
 def _mean(values: Iterable[float]) -> float:

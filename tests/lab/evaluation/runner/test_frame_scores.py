@@ -238,6 +238,11 @@ def test_the_points_of_a_polyline_are_filled_in():
     assert points[[0, -1]].tolist() == [[0.0, 0.0], [10.0, 2.5]]
 
 
+def test_points_that_a_method_crowds_together_count_no_more_than_others():
+    crowded = np.vstack((np.column_stack((np.linspace(0.0, 100.0, 30_000), np.zeros(30_000))), [[400.0, 0.0]]))
+    np.testing.assert_allclose(samples(crowded), samples(crowded[[0, -1]]), atol=1e-9)
+
+
 class HalfHidden(Bars):
     """Bars of which a hand hides the right end, a stretch in the middle, and the second one altogether."""
 

@@ -57,6 +57,13 @@ def test_the_axis_and_the_surface_each_have_a_perfect_curve(scene):
     assert on_surface.l1_mm < on_axis.l1_mm
 
 
+@pytest.mark.parametrize("count", [2, 20, 5000])
+def test_the_cover_of_a_line_does_not_depend_on_how_many_points_it_has(scene, count):
+    start, end = scene[2].curves_3d[0].sample(2)
+    line, same = (scored(scene, start + np.linspace(0.0, 1.0, n)[:, np.newaxis] * (end - start)) for n in (1000, count))
+    assert (same.l1_mm, same.l2_mm) == (pytest.approx(line.l1_mm), pytest.approx(line.l2_mm))
+
+
 def test_without_space_there_is_nothing_to_say(scene):
     sequence, frame, truth = scene
     flat = truth.curves[0].sample(200)
