@@ -142,6 +142,7 @@ def evaluate(
     mydata/
       00.jpg
       00.labels.png  number of the object in each pixel, 0 is ground: one channel, or indexed colour
+      00.mask.png    mask of the image; without it, methods get all labelled pixels
 
     Published data sets are read as LAYOUT:FOLDER. LAYOUT is written, labels, mbest, ariadne, spline tables or
     polylines; without it, the layout is recognised. For any other folder, the error shows all layouts.

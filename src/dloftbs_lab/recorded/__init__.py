@@ -30,11 +30,11 @@ def open_labelled(folder: str | os.PathLike[str], layout: str = "auto") -> Known
     folder : str or path
     layout : {"auto", "written", "labels", "mbest", "ariadne", "spline tables", "polylines"}
         "written" is what `dloftbs_lab.write_sequence` leaves; "labels" has ``NN.jpg`` with ``NN.labels.png``, whose
-        pixels are the objects' numbers, and knows no curves; "mbest" is the same, segmented by the colours of mBEST's
-        cables; "ariadne" has photographs, masks and coarse points as Ariadne's data set; "spline tables" has a CSV file
-        of points per frame, as the authors of DLOFTBs write it or plain, beside a video or images; "polylines" has
-        ``STEM.json`` or ``STEM.csv`` with points beside each image or mask. "auto" is the first that the folder looks
-        like. A wrong folder gets an error that draws the right ones.
+        pixels are the objects' numbers, and the mask where there is no ``NN.mask.png``, and knows no curves; "mbest" is
+        the same, segmented by the colours of mBEST's cables; "ariadne" has photographs, masks and coarse points as
+        Ariadne's data set; "spline tables" has a CSV file of points per frame, as the authors of DLOFTBs write it or
+        plain, beside a video or images; "polylines" has ``STEM.json`` or ``STEM.csv`` with points beside each image or
+        mask. "auto" is the first that the folder looks like. A wrong folder gets an error that draws the right ones.
 
     Returns
     -------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -12,20 +13,34 @@ from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.sources.pixel_values import read_labels
 from dloftbs.sources.source import logger
 from dloftbs_lab.recorded.layout import Layout, RecordedSequence, files_in, listed
-from dloftbs_lab.recorded.pictures import camera_in, depth_beside, images_in, occluders_beside, photograph
+from dloftbs_lab.recorded.pictures import (
+    CAMERA,
+    camera_in,
+    depth_beside,
+    images_in,
+    mask_beside,
+    occluders_beside,
+    photograph,
+)
 from dloftbs_lab.truth import Truth
 
 TREE = """\
 labels: an image of object numbers (0 is background) for each image; no curves are known
   folder/
     00.jpg                any image format
-    00.labels.png         one channel or indexed colour; beside it STEM.depth.png, .occluders.png, camera.json"""
+    00.labels.png         one channel or indexed colour
+    00.mask.png           the mask of the frame; without it, all numbered pixels. STEM.depth.png, STEM.occluders.png and
+                          camera.json may lie beside, too"""
 
 LABELS = ".labels.png"
+_TRUTHS = (LABELS, ".csv", ".json")
+"""What may follow the stem of an image in the name of its truth, in natural order."""
 
 
 class LabelledImages(RecordedSequence):
-    """Images, each with the number of the object in every pixel. The frames' masks hold all numbered pixels.
+    """Images, each with the number of the object in every pixel.
+
+    The mask of a frame is STEM.mask.png, or all numbered pixels where there is no such file.
 
     Parameters
     ----------
@@ -34,26 +49,50 @@ class LabelledImages(RecordedSequence):
     Raises
     ------
     SourceError
-        If labels are without their image. Images without labels are left out, with a warning.
+        If labels are without their image, or an image has another truth, too. Images without labels are left out, with
+        a warning.
     """
 
     def __init__(self, folder: Path) -> None:
         images = {path.stem: path for path in images_in(folder)}
         labels = {path.name.removesuffix(LABELS): path for path in files_in(folder) if path.name.endswith(LABELS)}
+        refuse_two_truths(folder, images)
         self._pairs = paired(folder, images, labels, f"an image {'|'.join(IMAGE_EXTENSIONS)}")
         self._camera = camera_in(folder)
         super().__init__(folder, len(self._pairs))
 
     def _frame(self, index: int) -> Frame:
-        path, labels = self._pairs[index]
-        mask, depth, occluders = read_labels(labels) > 0, depth_beside(path), occluders_beside(path)
-        image = photograph(path, mask.shape)
+        path, labels_path = self._pairs[index]
+        labels, mask = read_labels(labels_path), mask_beside(path)
+        if mask is None:
+            mask = labels > 0
+        elif mask.shape != labels.shape:
+            sizes = f"{mask.shape} and {labels.shape}"
+            raise SourceError(
+                f"{path}: its mask and its labels must have one size, got {sizes}; draw both on the image"
+            )
+        image, depth, occluders = photograph(path, mask.shape), depth_beside(path), occluders_beside(path)
         return Frame(image, mask, depth, occluders, self._camera, index=index, name=path.name)
 
     def _truth(self, index: int) -> Truth:
         labels = read_labels(self._pairs[index][1])
         ids = tuple(int(number) for number in np.unique(labels) if number > 0)
         return Truth((), tuple(labels == number for number in ids), ids)
+
+
+def refuse_two_truths(folder: Path, images: Iterable[str]) -> None:
+    """See that no image, of which the stem is given, has labels and polylines, or two files of either.
+
+    Raises
+    ------
+    SourceError
+        If one has.
+    """
+    names = {path.name for path in files_in(folder)} - {CAMERA}
+    for stem in images:
+        truths = [f"{stem}{suffix}" for suffix in _TRUTHS if f"{stem}{suffix}" in names]
+        if len(truths) > 1:
+            raise SourceError(f"{folder}: {' and '.join(truths)} are the truth of one image; keep one of them")
 
 
 def paired(folder: Path, images: dict[str, Path], truths: dict[str, Path], wanted: str) -> list[tuple[Path, Path]]:

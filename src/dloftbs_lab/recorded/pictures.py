@@ -50,10 +50,9 @@ class PictureFile:
             If a file cannot be read.
         """
         image, mask = read_image_or_mask(self.path, "auto")
-        beside = self.path.with_name(f"{self.path.stem}.mask.png")
-        if os.path.exists(beside):
-            mask = read_mask(beside)
-            image = photograph(self.path, mask.shape)
+        beside = mask_beside(self.path)
+        if beside is not None:
+            mask, image = beside, photograph(self.path, beside.shape)
         depth, occluders = depth_beside(self.path), occluders_beside(self.path)
         return Frame(image, mask, depth, occluders, self.camera, index=index, name=self.path.name)
 
@@ -78,6 +77,18 @@ def photograph(path: Path, size: tuple[int, int]) -> AnyArray:
 
 def _size(picture: Picture) -> tuple[int, ...]:
     return () if picture.image is None else picture.image.shape[:2]
+
+
+def mask_beside(path: Path) -> AnyArray | None:
+    """Read the mask that goes with an image, shape (H, W): STEM.mask.png; None where there is none.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read.
+    """
+    beside = path.with_name(f"{path.stem}.mask.png")
+    return read_mask(beside) if os.path.exists(beside) else None
 
 
 def depth_beside(path: Path) -> AnyArray | None:

@@ -12,7 +12,7 @@ from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.support.values import MAX_WHOLE
 from dloftbs_lab.recorded.csv_rows import header_of, number, rows_of, whole
-from dloftbs_lab.recorded.label_images import paired
+from dloftbs_lab.recorded.label_images import paired, refuse_two_truths
 from dloftbs_lab.recorded.layout import Layout, RecordedSequence, files_in
 from dloftbs_lab.recorded.pictures import CAMERA, PictureFile, camera_in, decoded, images_in
 from dloftbs_lab.recorded.through_points import truth_of
@@ -49,12 +49,9 @@ class AnnotatedImages(RecordedSequence):
     """
 
     def __init__(self, folder: Path) -> None:
-        truths: dict[str, Path] = {}
-        for path in _annotations_in(folder):
-            if path.stem in truths:
-                raise SourceError(f"{folder}: {truths[path.stem].name} and {path.name} are the truth of one image")
-            truths[path.stem] = path
+        truths = {path.stem: path for path in _annotations_in(folder)}
         images = {path.stem: path for path in images_in(folder)}
+        refuse_two_truths(folder, images)
         self._pairs = paired(folder, images, truths, f"an image {'|'.join(IMAGE_EXTENSIONS)}")
         self._camera = camera_in(folder)
         super().__init__(folder, len(self._pairs))

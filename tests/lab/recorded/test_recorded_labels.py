@@ -41,6 +41,30 @@ def test_masks_and_ids_are_those_of_the_labels(tmp_path):
         np.testing.assert_array_equal(mask, number == LABELS)
 
 
+def test_a_mask_beside_the_labels_is_what_methods_get(tmp_path):
+    mask = np.eye(*SIZE, dtype=np.uint8) * 255
+    save(fill(tmp_path, "0") / "0.mask.png", mask)
+    sequence = open_labelled(tmp_path)
+    assert_same_bits(sequence.frame(0).mask, mask)
+    assert_same_bits(sequence.frame(0).image, picture(0))
+    np.testing.assert_array_equal(sequence.truth(0).mask, LABELS > 0)
+
+
+def test_a_mask_of_another_size_than_the_labels_is_refused(tmp_path):
+    save(fill(tmp_path, "0", labels=LABELS[:-1]) / "0.mask.png", LABELS)
+    message = "0.png: its mask and its labels must have one size, got (31, 45) and (30, 45)"
+    with pytest.raises(SourceError, match=re.escape(message)):
+        open_labelled(tmp_path).frame(0)
+
+
+@pytest.mark.parametrize("layout", ["labels", "polylines"])
+@pytest.mark.parametrize("name", ["0.json", "0.csv"])
+def test_polylines_beside_labels_are_an_error(tmp_path, layout, name):
+    (fill(tmp_path, "0") / name).write_text("[]")
+    with pytest.raises(SourceError, match=re.escape(f"0.labels.png and {name} are the truth of one image; keep one")):
+        open_labelled(tmp_path, layout)
+
+
 def test_labels_of_16_bits_are_taken(tmp_path):
     fill(tmp_path, "0", labels=LABELS.astype(np.uint16) * 1000)
     assert open_labelled(tmp_path).truth(0).ids == (2000, 7000)
