@@ -216,6 +216,12 @@ class SegmentationConfig(Section, frozen=True, kw_only=True):
         """True if there is any way from a frame to a mask."""
         return self.needs_image or self.plane is not None
 
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Paths of the files that the section names, on whose contents its masks depend."""
+        named = [one for one in (self.background, self.onnx) if one is not None]
+        return tuple(one if isinstance(one, str) else one.file for one in named)
+
     def with_hsv(self, colour: Colour) -> SegmentationConfig:
         """Return the section with other ranges of hue, in the place of its colour from strokes, too.
 

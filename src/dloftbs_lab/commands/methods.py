@@ -6,8 +6,11 @@ import functools
 import hashlib
 import importlib
 import inspect
+import logging
 import os
 import sys
+import sysconfig
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -21,6 +24,7 @@ from dloftbs.config import Config, HsvRange, LinkingConfig, SegmentationConfig
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import ConfigError, InputError
+from dloftbs.support.file_digest import file_digest
 from dloftbs_lab.commands.method_options import MethodSettings
 from dloftbs_lab.evaluation.baselines import LENGTHS, CoherentPointDrift
 from dloftbs_lab.evaluation.runner.sequence_run import Method
@@ -30,13 +34,22 @@ from dloftbs_lab.synthetic import TwoViewFrame
 if TYPE_CHECKING:
     from dloftbs.stereo import StereoPipeline
 
+logger = logging.getLogger("dloftbs.cli")
+
 BUILT_IN = ("default", "paper")
 BASELINES = ("cpd",)
 STEREO = "stereo"
 """`dloftbs.StereoPipeline`, for the suite of two cameras."""
 BASELINE_SUITES = ("rgb", "rgbd", "rgbd-artificial")
 """Suites of one cable whose length does not change."""
-_INSTALLED = {"site-packages", "dist-packages"}  # what changes with an installation, not by an edit
+_INSTALLED = {"site-packages", "dist-packages"}
+_NO_CODE = {*_INSTALLED, "__pycache__", "build", "dist", "node_modules"}
+"""Names of folders whose code is made or installed."""
+_MAX_FOLDERS = 1000
+"""Number of folders in which code of a method is looked for.
+
+Source: by hand; far more than a project has, and listed in a tenth of a second.
+"""
 CONFIG_SUFFIXES = (".yaml", ".yml")
 
 
@@ -85,10 +98,10 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
             return Method(
                 name,
                 functools.partial(_pipeline, config),
-                config.to_yaml(),
+                _settings(config),
                 branched_factory=None if branched is None else functools.partial(_pipeline, branched),
             )
-        settings_of_both = f"{config.to_yaml()}\n{one.to_yaml()}"
+        settings_of_both = f"{_settings(config)}\n{one.to_yaml()}"
         both = functools.partial(_pipeline, config), functools.partial(_pipeline, one)
         return Method(name, both[0], settings_of_both, one_factory=both[1])
     if name in BASELINES:
@@ -250,16 +263,60 @@ def _import_hint(module_name: str, error: Exception) -> str:
     return f"; modules are looked for in the current folder, {os.getcwd()}, and where Python finds others (PYTHONPATH)"
 
 
+def _settings(config: Config) -> str:
+    """Return a configuration, with digests of the files that it names."""
+    return "\n".join([config.to_yaml(), *map(file_digest, config.segmentation.files)])
+
+
 def _digest(module: ModuleType) -> str:
-    """Return what changes when the module's file does, or that of one in its folder or below that is loaded."""
-    file = getattr(module, "__file__", None)
-    if file is None:
+    """Return what changes when the module's file does, or code that it may import when it is called.
+
+    That is code below the current folder, and below the module's own or that of its package.
+    """
+    if getattr(module, "__file__", None) is None:
         return ""
-    folder = Path(file).resolve().parent
-    loaded = {Path(one).resolve() for one in (getattr(m, "__file__", None) for m in list(sys.modules.values())) if one}
-    near = [path for path in loaded if path.is_relative_to(folder) and not _INSTALLED & set(path.parts)]
-    own = sorted(path for path in near if path.is_file())
+    file = Path(cast(str, module.__file__)).resolve()
+    code = {file}
+    if not _is_installed(file):
+        package = importlib.import_module(module.__name__.partition(".")[0])
+        for folder in (os.getcwd(), *getattr(package, "__path__", [file.parent])):
+            code.update(_code_below(Path(folder).resolve()))
     digest = hashlib.sha256()
-    for path in own or [Path(file)]:
-        digest.update(path.read_bytes())
+    for path in sorted(code):
+        digest.update(f"{path.name} {file_digest(path)}\n".encode(errors="surrogateescape"))
     return digest.hexdigest()[:12]
+
+
+def _is_installed(file: Path) -> bool:
+    """Return whether a file changes with an installation, not by an edit."""
+    return bool(_INSTALLED & set(file.parts)) or file.is_relative_to(Path(sysconfig.get_path("stdlib")).resolve())
+
+
+def _code_below(root: Path) -> Iterator[Path]:
+    """Yield the Python files in a folder and in those below it, the nearest first."""
+    folders = deque([root])
+    for _ in range(_MAX_FOLDERS):
+        if not folders:
+            return
+        inside = _entries(folders.popleft())
+        yield from (path for path in inside if path.suffix == ".py")
+        folders.extend(path for path in inside if path.is_dir() and not path.is_symlink() and _may_hold_code(path))
+    logger.warning(
+        "%s holds more than %d folders: a change of code in the farthest is not noticed where results are resumed; "
+        "start in a smaller folder, or with another --out",
+        root,
+        _MAX_FOLDERS,
+    )
+
+
+def _entries(folder: Path) -> list[Path]:
+    """Return what is in a folder, by name; nothing where it cannot be read."""
+    try:
+        return sorted(folder.iterdir())
+    except OSError:
+        return []
+
+
+def _may_hold_code(folder: Path) -> bool:
+    """Return whether a folder may hold code of the user: it is not hidden, built or a virtual environment."""
+    return not (folder.name.startswith(".") or folder.name in _NO_CODE or (folder / "pyvenv.cfg").exists())

@@ -59,7 +59,8 @@ def mine(tmp_path, monkeypatch):
     (folder / "falls_over.py").write_text("1 / 0")
     monkeypatch.syspath_prepend(str(folder))
     yield folder
-    sys.modules.pop("mine", None)
+    for name in [one for one in sys.modules if one.partition(".")[0] in ("mine", "own")]:
+        del sys.modules[name]
 
 
 def test_a_run_from_end_to_end(tmp_path):
@@ -262,6 +263,50 @@ def test_a_changed_module_that_it_imports_has_other_settings(mine, monkeypatch):
     monkeypatch.delitem(sys.modules, "mine")
     (mine / "helper.py").write_text("x = 2\n")
     assert method_of("mine:line").settings != before
+
+
+@pytest.mark.parametrize("name", ["mine:line", "own.inner.method:line"])
+@pytest.mark.parametrize("place", ["here/helper.py", "here/deep/er/helper.py", "modules/own/helper.py"])
+def test_code_that_is_imported_when_a_method_is_called_has_other_settings(tmp_path, mine, monkeypatch, name, place):
+    (mine / "own" / "inner").mkdir(parents=True)
+    (mine / "own" / "__init__.py").write_text("")
+    (mine / "own" / "inner" / "method.py").write_text(MINE)
+    helper = tmp_path / place
+    helper.parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / "here").mkdir(exist_ok=True)
+    monkeypatch.chdir(tmp_path / "here")
+    before = method_of(name).settings
+    helper.write_text("x = 1")
+    written = method_of(name).settings
+    helper.write_text("x = 2")
+    assert len({before, written, method_of(name).settings}) == 3
+
+
+@pytest.mark.parametrize("folder", [".hidden", "build", "dist", "node_modules", "environment", "lib/site-packages"])
+def test_code_of_others_makes_no_difference(mine, monkeypatch, folder):
+    monkeypatch.chdir(mine)
+    place = mine / folder
+    place.mkdir(parents=True)
+    (mine / "environment").mkdir(exist_ok=True)
+    (mine / "environment" / "pyvenv.cfg").write_text("")
+    before = method_of("mine:line").settings
+    (place / "helper.py").write_text("x = 1")
+    assert method_of("mine:line").settings == before
+
+
+def test_code_in_more_folders_than_are_searched_is_said(mine, monkeypatch, caplog):
+    monkeypatch.chdir(mine)
+    monkeypatch.setattr("dloftbs_lab.commands.methods._MAX_FOLDERS", 2)
+    (mine / "a" / "b").mkdir(parents=True)
+    method_of("mine:line")
+    assert "holds more than 2 folders: a change of code in the farthest is not noticed" in caplog.text
+
+
+def test_an_installed_module_is_known_by_its_file_alone(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = method_of("statistics:mean").settings
+    (tmp_path / "more.py").write_text("x = 1")
+    assert method_of("statistics:mean").settings == before != ""
 
 
 @pytest.mark.parametrize(

@@ -82,6 +82,17 @@ def test_settings_that_no_method_takes_are_an_error():
     assert [method.name for method in methods_of(["math:sin"], MethodSettings())] == ["math:sin"]
 
 
+@pytest.mark.parametrize("key", ["background", "onnx"])
+def test_a_file_that_a_configuration_names_counts_by_its_content(tmp_path, key):
+    named, config = tmp_path / "named", tmp_path / "mine.yaml"
+    config.write_text(f"segmentation: {{{key}: {{file: {named}}}}}")
+    missing = method_of(str(config)).settings
+    named.write_bytes(b"1")
+    before = method_of(str(config)).settings
+    named.write_bytes(b"2")
+    assert len({missing, before, method_of(str(config)).settings}) == 3
+
+
 def test_a_colour_takes_the_place_of_the_mask_and_leaves_masks_without_a_picture():
     frame = Frame(image=photo(y=30), mask=mask(y=70))
     for settings, y in ((MethodSettings(), 70.0), (MethodSettings(hsv=(RED,)), 30.0)):

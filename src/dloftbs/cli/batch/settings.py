@@ -3,24 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 from dloftbs._version import code_version
 from dloftbs.cli.followed_stream import StreamOptions
+from dloftbs.support.file_digest import file_digest
 from dloftbs.support.json_text import encode
 
 _CHANGES_NO_RESULT = ("cli/", "ui/", "viz/")
-
-
-def _digest_of(file: str) -> str:
-    """Return the digest of a file that the settings name; empty where it cannot be read, which reading it says."""
-    try:
-        return hashlib.sha256(Path(os.path.expanduser(file)).read_bytes()).hexdigest()
-    except OSError:
-        return ""
 
 
 @dataclass(frozen=True)
@@ -45,10 +36,7 @@ class BatchSettings:
         """Digest of all that changes results, the inputs and the code aside."""
         options = self.options
         given = [options.config.to_dict(), options.inputs, options.fps, options.every, options.limit, self.suffix]
-        segmentation = options.config.segmentation
-        named = [one for one in (segmentation.background, segmentation.onnx) if one is not None]
-        files = [one if isinstance(one, str) else one.file for one in named]
-        return hashlib.sha256(encode([*given, *map(_digest_of, files)])).hexdigest()
+        return hashlib.sha256(encode([*given, *map(file_digest, options.config.segmentation.files)])).hexdigest()
 
     @property
     def version(self) -> str:
