@@ -56,7 +56,7 @@ def write_sequence(sequence: KnownFrames, folder: str | os.PathLike[str], *, vid
 
         folder/
           sequence.json       name, fps, how many frames there will be
-          truth.jsonl         a line per frame: curves, ids, camera, stamp, and the files that belong to it
+          truth.jsonl         a line per frame: curves, ids, camera, stamp, kind of mask, unit of depth, and its files
           images/000000.png   BGR, without loss
           masks/000000.png    .npy where the type is none of bool, uint8 and uint16
           depth/000000.png    uint16 as it is, or metres as 16-bit millimetres where that loses nothing; else .npy
@@ -114,7 +114,9 @@ def _write_frames(sequence: KnownFrames, root: Path, records: AppendFile, images
             "size": frame.size,
             "camera": None if frame.camera is None else frame.camera.to_dict(),
             "mask": None if frame.mask is None else _write_mask(root, "masks", index, frame.mask),
+            "mask_is": frame.mask_is,
             "depth": None if frame.depth is None else _write_depth(root, index, frame.depth),
+            "depth_unit_m": frame.depth_unit_m,
             "occluders": None if frame.occluders is None else _write_mask(root, "occluders", index, frame.occluders),
             "visible": _write_visible(root, index, frame, truth) if truth.visible_masks else None,
             "truth": truth.to_dict(),

@@ -17,6 +17,7 @@ from dloftbs.sources.pixels import load_npy, read_pixels
 from dloftbs.sources.source import logger
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.documents import parse_json
+from dloftbs.support.values import MILLIMETRE_M
 from dloftbs_lab.recorded.layout import Layout, RecordedSequence
 from dloftbs_lab.recorded.pictures import VideoFrames, decoded
 from dloftbs_lab.truth import Truth
@@ -61,6 +62,8 @@ class _Record(msgspec.Struct):
     visible: str | None
     truth: dict[str, Any]
     image: str | None
+    mask_is: str = "auto"
+    depth_unit_m: float = MILLIMETRE_M
 
 
 class WrittenSequence(RecordedSequence):
@@ -108,6 +111,8 @@ class WrittenSequence(RecordedSequence):
             index=record.index,
             stamp=record.stamp,
             name=record.name,
+            depth_unit_m=record.depth_unit_m,
+            mask_is=record.mask_is,
         )
 
     def _truth(self, index: int) -> Truth:

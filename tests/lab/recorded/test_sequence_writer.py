@@ -63,6 +63,39 @@ def test_occluders_come_back(tmp_path, kind):
     assert_same_frame(read_back(OneFrame(frame), tmp_path).frame(0), frame)
 
 
+@pytest.mark.parametrize("unit_m", [1e-4, 1e-3, 2.5e-4])
+def test_the_unit_of_depth_comes_back(tmp_path, unit_m):
+    frame = Frame(mask=np.zeros(SIZE, bool), depth=np.full(SIZE, 7531, np.uint16), depth_unit_m=unit_m)
+    assert read_back(OneFrame(frame), tmp_path).frame(0).depth_unit_m == unit_m
+
+
+@pytest.mark.parametrize(
+    ("mask", "kind"),
+    [
+        (np.linspace(0.0, 1.0, np.prod(SIZE)).reshape(SIZE), "auto"),
+        (np.arange(np.prod(SIZE), dtype=np.uint8).reshape(SIZE), "probability"),
+        (np.arange(np.prod(SIZE), dtype=np.uint8).reshape(SIZE), "binary"),
+        (np.arange(np.prod(SIZE)).reshape(SIZE).astype(np.uint16) % 3, "labels"),
+    ],
+)
+def test_what_the_values_of_a_mask_are_comes_back(tmp_path, mask, kind):
+    frame = Frame(mask=mask, mask_is=kind)
+    back = read_back(OneFrame(frame), tmp_path).frame(0)
+    assert back.mask_is == frame.mask_is
+    assert_same_bits(back.mask, frame.mask)
+    assert_same_bits(back.instances, frame.instances)
+
+
+def test_frames_of_before_units_were_written_are_in_millimetres(tmp_path):
+    write_sequence(TinySequence(1), tmp_path)
+    records = tmp_path / RECORDS
+    record = json.loads(records.read_text())
+    del record["depth_unit_m"], record["mask_is"]
+    records.write_text(json.dumps(record) + "\n")
+    frame = open_labelled(tmp_path).frame(0)
+    assert (frame.depth_unit_m, frame.mask_is) == (0.001, "auto")
+
+
 def test_frames_without_images_come_back(tmp_path):
     assert read_back(TinySequence(1, images=False), tmp_path).frame(0).image is None
 
