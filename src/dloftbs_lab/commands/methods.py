@@ -245,7 +245,7 @@ def _imported(name: str) -> Any:
     module_name, _, attribute = name.partition(":")
     try:
         module = importlib.import_module(module_name)
-    except Exception as error:  # a stranger's module may raise anything
+    except (Exception, SystemExit) as error:  # a stranger's module may raise anything
         what = f"method {name!r}: cannot import {module_name!r}: {type(error).__name__}: {error}"
         raise InputError(f"{what}{_import_hint(module_name, error)}") from error
     try:
@@ -254,7 +254,7 @@ def _imported(name: str) -> Any:
         raise InputError(f"method {name!r}: {error}") from error
 
 
-def _import_hint(module_name: str, error: Exception) -> str:
+def _import_hint(module_name: str, error: BaseException) -> str:
     """Return what to do where the module itself, rather than one that it imports, is not there."""
     if not isinstance(error, ModuleNotFoundError) or not module_name.startswith(error.name or "?"):
         return ""

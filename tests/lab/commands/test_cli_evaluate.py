@@ -57,6 +57,7 @@ def mine(tmp_path, monkeypatch):
     folder.mkdir()
     (folder / "mine.py").write_text(MINE)
     (folder / "falls_over.py").write_text("1 / 0")
+    (folder / "leaves.py").write_text("import sys; sys.exit(0)")
     monkeypatch.syspath_prepend(str(folder))
     yield folder
     for name in [one for one in sys.modules if one.partition(".")[0] in ("mine", "own")]:
@@ -319,6 +320,7 @@ def test_an_installed_module_is_known_by_its_file_alone(tmp_path, monkeypatch):
         ),
         ("nowhere:f", "cannot import 'nowhere': ModuleNotFoundError"),
         ("falls_over:f", "cannot import 'falls_over': ZeroDivisionError: division by zero"),
+        ("leaves:f", "cannot import 'leaves': SystemExit: 0"),
         ("mine:nothing", "has no attribute 'nothing'"),
         ("mine:number", "must be a function, or a class whose instances can be called"),
         ("mine:NotCallable", "must be a function, or a class whose instances can be called"),

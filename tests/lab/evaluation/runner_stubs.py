@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import signal
+import sys
 import time
 from multiprocessing import connection
 from pathlib import Path
@@ -153,6 +154,38 @@ def raising(frame):
 
 def junk(frame):
     return [None, "a curve?", 7, [np.zeros((5, 4))], [np.zeros((1, 2))], 3.0][frame.index]
+
+
+class Unreadable:
+    """Looks like a list of curves, and falls over when it is read."""
+
+    def __iter__(self):
+        raise RuntimeError("no curves after all")
+
+
+def unreadable(frame):
+    return [np.array(None), Unreadable(), dict.fromkeys([0], None)][frame.index]
+
+
+def leaving(frame):
+    sys.exit(0)
+
+
+def raising_what_no_encoding_has(frame):
+    raise RuntimeError("cannot read \udcff.png or \ud800")
+
+
+class LeavesAtTheStart:
+    def start(self, frame, truth):
+        sys.exit(0)
+
+    def __call__(self, frame):
+        return []
+
+
+class LeavesWhenItIsMade:
+    def __init__(self):
+        sys.exit(0)
 
 
 def dying(frame):

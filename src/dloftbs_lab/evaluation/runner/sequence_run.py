@@ -11,6 +11,7 @@ import numpy as np
 
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
+from dloftbs.support.text import readable
 from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, JointRow, Key, Part, Points
 from dloftbs_lab.evaluation.runner.found import Curve, Found, found_in, samples
 from dloftbs_lab.evaluation.runner.frame_scores import IdentityScorer, Score, score
@@ -28,6 +29,8 @@ _PICTURE_POINTS = 160  # of a curve in a picture
 _SCORES = tuple(one.name for one in fields(Score) if one.name != "distances")
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Places in a sequence at which its objects are counted."""
+_FAILURES = (Exception, SystemExit)
+"""What a stranger's code may raise without an end of the other frames and methods: all but Ctrl-C."""
 _warm: set[tuple[str, str]] = set()
 
 
@@ -203,7 +206,7 @@ def _rung(sequence: Any) -> tuple[str | None, float | None]:
 def _make(method: Method) -> Callable[[Frame], Any]:
     try:
         return method.factory()
-    except Exception as error:  # a stranger's code may raise anything
+    except _FAILURES as error:
         raise InputError(f"method {method.name!r} cannot be made: {_text(error)}") from error
 
 
@@ -222,7 +225,7 @@ def _start(call: Any, frame: Frame, truth: Truth) -> str | None:
     """Give a method the truth of the first frame, and return what went wrong."""
     try:
         call.start(frame, truth)
-    except Exception as error:  # noqa: BLE001  a stranger's code may raise anything, and other methods must go on
+    except _FAILURES as error:
         return _text(error)
     return None
 
@@ -234,13 +237,10 @@ def _call(call: Callable[[Frame], Any], frame: Frame) -> tuple[Found, float, str
         output = call(frame)
         if isinstance(output, Iterator):
             output = list(output)
-    except Exception as error:  # noqa: BLE001  a stranger's code may raise anything, and the other frames must go on
+        ms = _ms(since)
+        return found_in(output, frame), ms, None  # which may run a stranger's code, too: its output need not be a list
+    except _FAILURES as error:
         return Found(), _ms(since), _text(error)
-    ms = _ms(since)
-    try:
-        return found_in(output, frame), ms, None
-    except InputError as error:
-        return Found(), ms, _text(error)
 
 
 def _row(key: Key, index: int, found: Found, known: KnownFrame, result: Score, **others: Any) -> FrameRow:
@@ -265,5 +265,5 @@ def _ms(since: float) -> float:
     return 1e3 * (perf_counter() - since)
 
 
-def _text(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"
+def _text(error: BaseException) -> str:
+    return readable(f"{type(error).__name__}: {error}")

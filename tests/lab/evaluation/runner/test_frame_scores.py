@@ -107,6 +107,22 @@ def test_what_is_no_curve_is_a_failure(tmp_path):
         assert row.missing == 2
 
 
+def test_an_output_that_cannot_be_read_is_a_failure(tmp_path):
+    failures = [row.failure for row in rows_of(tmp_path, stubs.unreadable)]
+    assert failures[0].startswith("TypeError: ")
+    assert failures[1] == "RuntimeError: no curves after all"
+    assert failures[2].startswith("InputError: ")
+
+
+def test_a_method_that_leaves_the_process_fails_in_its_frames(tmp_path):
+    assert {row.failure for row in rows_of(tmp_path, stubs.leaving)} == {"SystemExit: 0"}
+
+
+def test_an_error_that_no_encoding_has_is_kept_with_escapes(tmp_path):
+    failures = {row.failure for row in rows_of(tmp_path, stubs.raising_what_no_encoding_has)}
+    assert failures == {r"RuntimeError: cannot read \udcff.png or \ud800"}
+
+
 def test_nothing_to_find_and_nothing_found_is_clean(tmp_path):
     (row,) = rows_of(tmp_path, stubs.nothing, Bars(length=1, rows=()))
     assert (row.n_true, row.clean) == (0, True)
@@ -217,6 +233,12 @@ def test_each_sequence_gets_an_instance_of_its_own(tmp_path):
 def test_a_method_that_cannot_be_made_is_an_error(tmp_path):
     with pytest.raises(InputError, match="'broken' cannot be made: ZeroDivisionError"):
         evaluate([suite()], [Method("broken", lambda: 1 / 0)], tmp_path)
+
+
+def test_a_method_that_leaves_when_it_is_made_is_an_error(tmp_path):
+    leaves = Method("leaves", stubs.LeavesWhenItIsMade)
+    with pytest.raises(InputError, match="method 'leaves' cannot be made: SystemExit: 0"):
+        evaluate([suite()], [leaves], tmp_path)
 
 
 def test_of_a_pipeline_the_tracks_count_while_they_are_seen():

@@ -52,6 +52,11 @@ def test_a_start_that_fails_fails_in_every_frame(tmp_path):
     assert {row.failure for row in named.rows} == {None}
 
 
+def test_a_start_that_leaves_the_process_fails_in_every_frame(tmp_path):
+    (part,) = scored(tmp_path, Method("leaves", stubs.LeavesAtTheStart))
+    assert {row.failure for row in part.rows} == {"SystemExit: 0"}
+
+
 def test_what_is_told_the_start_is_not_compared_with_a_frame_alone(tmp_path):
     keeping, named = scored(tmp_path, Method("keeping", Keeping), method(stubs.named), sequence=Hidden())
     assert keeping.following is None
