@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from dloftbs.config import DepthConfig
 from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.depth import to_metres
 from dloftbs.data.frame import Frame
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.evaluation.curves import length_of
@@ -124,17 +126,20 @@ class KnownFrame:
 
     @cached_property
     def cloud(self) -> PointCloud | None:
-        """The frame's mask in space; None without depth, and where none of its pixels has any."""
+        """The frame's mask in space; None without depth, and where none of its pixels has any.
+
+        Missing depth is that which `DepthConfig` does not read by default, such as that of a saturated sensor.
+        """
         frame, is_cable = self.frame, self.frame.is_cable
         if is_cable is None or frame.depth is None or frame.camera is None:
             return None
-        rows, columns = np.divmod(np.flatnonzero(is_cable & (frame.depth > 0)), is_cable.shape[1])
-        if not len(rows):
+        rows, columns = np.divmod(np.flatnonzero(is_cable), is_cable.shape[1])
+        depth_m = to_metres(frame.depth[rows, columns], frame.depth_unit_m, DepthConfig())
+        known = np.isfinite(depth_m)
+        if not known.any():
             return None
-        pixels = np.column_stack((columns, rows)).astype(np.float64)
-        depth = frame.depth[rows, columns]
-        unit_m = frame.depth_unit_m if np.issubdtype(depth.dtype, np.integer) else 1.0
-        return PointCloud(frame.camera.deproject(pixels, unit_m * depth.astype(np.float64)))
+        pixels = np.column_stack((columns, rows))[known].astype(np.float64)
+        return PointCloud(frame.camera.deproject(pixels, depth_m[known]))
 
     def _surface_lines(self) -> Iterator[FloatArray]:
         if self.radius_m is not None:
