@@ -137,8 +137,10 @@ class TrackingScorer:
     ) -> dict[Hashable, Hashable]:
         """Count a frame.
 
-        As in CLEAR MOT, an object keeps the track that it last had where that is near enough; among the others as many
-        as possible are matched, with the least sum of distances.
+        As in CLEAR MOT, an object keeps the track that it last had where that is near enough. Of several objects that
+        last had the same track, the one that had it most recently keeps it; `motmetrics` takes the first in the list.
+        Among the others as many as possible are matched, with the least sum of distances. The order of the objects does
+        not matter.
 
         Parameters
         ----------
@@ -187,11 +189,12 @@ class TrackingScorer:
         self, true_ids: Sequence[Hashable], track_ids: Sequence[Hashable], distance: FloatArray
     ) -> dict[int, int]:
         """Return the rows that are matched and their columns: first those that go on, then the best of the others."""
+        row_of = {true_id: i for i, true_id in enumerate(true_ids)}
         column_of = {track_id: j for j, track_id in enumerate(track_ids)}
         pairs: dict[int, int] = {}
-        for i, true_id in enumerate(true_ids):
-            j = column_of.get(self._track_of[true_id]) if true_id in self._track_of else None
-            if j is not None and j not in pairs.values() and np.isfinite(distance[i, j]):
+        for true_id, track_id in reversed(self._track_of.items()):
+            i, j = row_of.get(true_id), column_of.get(track_id)
+            if i is not None and j is not None and j not in pairs.values() and np.isfinite(distance[i, j]):
                 pairs[i] = j
         rows = [i for i in range(len(true_ids)) if i not in pairs]
         columns = [j for j in range(len(track_ids)) if j not in pairs.values()]
@@ -199,7 +202,8 @@ class TrackingScorer:
         return pairs | {rows[i]: columns[j] for i, j in rest}
 
     def _count_match(self, true_id: Hashable, track_id: Hashable, forward: bool | None) -> None:
-        if self._track_of.get(true_id, track_id) != track_id:
+        # Taken out first, so that the objects stay in the order of their latest matches.
+        if self._track_of.pop(true_id, track_id) != track_id:
             self._counts["switches"] += 1
         self._track_of[true_id] = track_id
         if forward is None:

@@ -68,8 +68,10 @@ def motmetrics():
 
 def accumulated(motmetrics, stream):
     accumulator = motmetrics.MOTAccumulator(auto_id=True)
-    for frame in stream:
-        accumulator.update(*frame)
+    for ids, tracks, distance in stream:
+        # Of objects that last had the same track it lets the first keep it: the one that had it most recently, here.
+        latest = sorted(range(len(ids)), key=lambda i: -accumulator.last_match.get(ids[i], -1))
+        accumulator.update([ids[i] for i in latest], tracks, distance[latest])
     return accumulator
 
 
@@ -178,6 +180,28 @@ def test_a_track_that_is_near_enough_keeps_its_object_though_another_is_nearer()
     assert scorer.scores().switches == 0
     scorer.add([0], [2, 1], [[0.5, 10.1]])
     assert scorer.scores().switches == 1
+
+
+@pytest.mark.parametrize("ids", [("first", "second"), ("second", "first")])
+def test_a_track_that_two_objects_had_stays_with_the_one_that_had_it_last(ids):
+    scorer = TrackingScorer()
+    for true_id in ("first", "second"):
+        scorer.add([true_id], [7], [[0.1]])
+    distance = {"first": 0.1, "second": 0.9}
+    assert scorer.add(ids, [7], [[distance[true_id]] for true_id in ids]) == {"second": 7}
+    assert scorer.add(["first"], [7], [[0.1]]) == {"first": 7}
+    assert scorer.add(ids, [7], [[distance[true_id]] for true_id in ids]) == {"first": 7}
+    assert scorer.scores().switches == 0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_order_of_the_objects_does_not_matter(seed):
+    rng = np.random.default_rng(seed)
+    forwards, backwards = TrackingScorer(gate=1.0), TrackingScorer(gate=1.0)
+    for _ in range(20):
+        ids, tracks = (np.flatnonzero(rng.random(3) < share).tolist() for share in (0.9, 0.6))
+        distances = rng.uniform(0.0, 1.5, (len(ids), len(tracks)))
+        assert forwards.add(ids, tracks, distances) == backwards.add(ids[::-1], tracks, distances[::-1])
 
 
 def test_as_many_as_possible_are_matched_before_the_nearest():
