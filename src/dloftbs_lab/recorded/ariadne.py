@@ -14,7 +14,7 @@ from dloftbs.sources.pixel_values import read_mask
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.recorded.label_images import paired
 from dloftbs_lab.recorded.layout import Layout, RecordedSequence, files_in
-from dloftbs_lab.recorded.pictures import images_in, photograph
+from dloftbs_lab.recorded.pictures import by_stem, images_in, photograph
 from dloftbs_lab.recorded.through_points import truth_of
 from dloftbs_lab.truth import Truth
 
@@ -42,14 +42,14 @@ class AriadneImages(RecordedSequence):
     Raises
     ------
     SourceError
-        If a mask is without its image, or, when its truth is asked for, without its points. Images without a mask are
-        left out, with a warning.
+        If two images have one stem, or a mask is without its image or, when its truth is asked for, without its points.
+        Images without a mask are left out, with a warning.
     """
 
     tolerance_px = TOLERANCE_PX
 
     def __init__(self, folder: Path) -> None:
-        images = {path.stem: path for path in images_in(folder) if not _MASK_NAME.fullmatch(path.stem)}
+        images = by_stem(path for path in images_in(folder) if not _MASK_NAME.fullmatch(path.stem))
         stems = [path.name.removesuffix(MASK) for path in files_in(folder) if path.name.endswith(MASK)]
         truths = {stem: folder / f"{stem}.txt" for stem in stems}
         self._pairs = paired(folder, images, truths, f"an image {'|'.join(IMAGE_EXTENSIONS)}")

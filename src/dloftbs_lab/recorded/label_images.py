@@ -15,6 +15,7 @@ from dloftbs.sources.source import logger
 from dloftbs_lab.recorded.layout import Layout, RecordedSequence, files_in, listed
 from dloftbs_lab.recorded.pictures import (
     CAMERA,
+    by_stem,
     camera_in,
     depth_beside,
     images_in,
@@ -49,12 +50,12 @@ class LabelledImages(RecordedSequence):
     Raises
     ------
     SourceError
-        If labels are without their image, or an image has another truth, too. Images without labels are left out, with
-        a warning.
+        If labels are without their image, an image has another truth, too, or two images have one stem. Images without
+        labels are left out, with a warning.
     """
 
     def __init__(self, folder: Path) -> None:
-        images = {path.stem: path for path in images_in(folder)}
+        images = by_stem(images_in(folder))
         labels = {path.name.removesuffix(LABELS): path for path in files_in(folder) if path.name.endswith(LABELS)}
         refuse_two_truths(folder, images)
         self._pairs = paired(folder, images, labels, f"an image {'|'.join(IMAGE_EXTENSIONS)}")

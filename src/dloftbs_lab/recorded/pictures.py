@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,25 @@ PARTNERS = (".labels", ".mask", ".depth", ".occluders")
 def images_in(folder: Path) -> list[Path]:
     """Return the images of a folder in natural order, without those that go with others."""
     return [p for p in files_in(folder) if p.suffix.lower() in IMAGE_EXTENSIONS and Path(p.stem).suffix not in PARTNERS]
+
+
+def by_stem(images: Iterable[Path]) -> dict[str, Path]:
+    """Return the images of a folder by their stems, under which their truth lies.
+
+    Raises
+    ------
+    SourceError
+        If two have one stem.
+    """
+    of_stem: dict[str, Path] = {}
+    for path in images:
+        other = of_stem.setdefault(path.stem, path)
+        if other is not path:
+            raise SourceError(
+                f"{path.parent}: images must have different stems, got {other.name} and {path.name}; keep one of them, "
+                f"and if the other is its mask, name that {path.stem}.mask.png"
+            )
+    return of_stem
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from dloftbs.support.values import MAX_WHOLE
 from dloftbs_lab.recorded.csv_rows import header_of, number, rows_of, whole
 from dloftbs_lab.recorded.label_images import paired, refuse_two_truths
 from dloftbs_lab.recorded.layout import Layout, RecordedSequence, files_in
-from dloftbs_lab.recorded.pictures import CAMERA, PictureFile, camera_in, decoded, images_in
+from dloftbs_lab.recorded.pictures import CAMERA, PictureFile, by_stem, camera_in, decoded, images_in
 from dloftbs_lab.recorded.through_points import truth_of
 from dloftbs_lab.truth import Truth
 
@@ -45,12 +45,13 @@ class AnnotatedImages(RecordedSequence):
     Raises
     ------
     SourceError
-        If polylines are without their image, or twice there. Images without polylines are left out, with a warning.
+        If polylines are without their image, or twice there, or two images have one stem. Images without polylines are
+        left out, with a warning.
     """
 
     def __init__(self, folder: Path) -> None:
         truths = {path.stem: path for path in _annotations_in(folder)}
-        images = {path.stem: path for path in images_in(folder)}
+        images = by_stem(images_in(folder))
         refuse_two_truths(folder, images)
         self._pairs = paired(folder, images, truths, f"an image {'|'.join(IMAGE_EXTENSIONS)}")
         self._camera = camera_in(folder)

@@ -65,6 +65,13 @@ def test_polylines_beside_labels_are_an_error(tmp_path, layout, name):
         open_labelled(tmp_path, layout)
 
 
+def test_two_images_of_one_stem_are_an_error(tmp_path):
+    save(fill(tmp_path, "0") / "0.JPG", picture())
+    message = "images must have different stems, got 0.JPG and 0.png; keep one of them"
+    with pytest.raises(SourceError, match=f"{re.escape(message)}.* name that 0.mask.png"):
+        open_labelled(tmp_path)
+
+
 def test_labels_of_16_bits_are_taken(tmp_path):
     fill(tmp_path, "0", labels=LABELS.astype(np.uint16) * 1000)
     assert open_labelled(tmp_path).truth(0).ids == (2000, 7000)

@@ -57,6 +57,12 @@ def test_a_photograph_without_mask_is_left_out_and_said(tmp_path, caplog):
     assert "00005.jpg" in caplog.text
 
 
+def test_two_photographs_of_one_stem_are_an_error(tmp_path):
+    save(fill(tmp_path) / "00004.bmp", np.zeros((*SIZE, 3), np.uint8))
+    with pytest.raises(SourceError, match=r"got 00004\.bmp and 00004\.jpg"):
+        open_labelled(tmp_path)
+
+
 def test_mbests_masks_are_by_colour(tmp_path):
     hsv = np.zeros((*SIZE, 3), np.uint8)
     hsv[:] = (140, 200, 200)

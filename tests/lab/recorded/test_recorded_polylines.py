@@ -202,6 +202,12 @@ def test_two_truths_of_one_image_are_an_error(tmp_path):
         open_labelled(tmp_path)
 
 
+def test_two_images_of_one_stem_are_an_error(tmp_path):
+    save(fill(tmp_path, "[]") / "a.jpg", picture())
+    with pytest.raises(SourceError, match=re.escape("got a.jpg and a.png") + ".* name that a.mask.png"):
+        open_labelled(tmp_path)
+
+
 def test_images_without_truth_are_left_out_and_said(tmp_path, caplog):
     save(fill(tmp_path, "[]") / "b.png", picture())
     with caplog.at_level(logging.WARNING, "dloftbs.sources"):
