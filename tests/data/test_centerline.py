@@ -178,6 +178,12 @@ class TestCenterline:
         assert back.joints == (crossing.reversed(), GAP.reversed())
         assert_same(back.reversed(), line)
 
+    def test_reversed_turns_a_parameter_that_is_longer_across_a_gap_than_its_chord(self):
+        around_a_turn = np.array([0.0, 0.1, 0.2, 0.6, 1.0])
+        line = Centerline._unchecked((LEFT, RIGHT), (GAP,), False, u=around_a_turn)
+        np.testing.assert_array_equal(line.reversed().u, 1.0 - around_a_turn[::-1])
+        np.testing.assert_allclose(line.reversed().reversed().u, around_a_turn, atol=1e-15)
+
     def test_reversed_survives_a_pickle_and_has_no_other_names(self):
         back = pickle.loads(pickle.dumps(LINE.reversed()))
         assert_same(back, LINE.reversed())
@@ -190,6 +196,7 @@ class TestCenterline:
         ring = Centerline((Segment([[0, 0], [4, 0], [4, 4], [0, 4]], np.ones(4)),), closed=True)
         np.testing.assert_array_equal(ring.u, [0.0, 0.25, 0.5, 0.75])
         assert ring.reversed().closed
+        np.testing.assert_array_equal(ring.reversed().u, [0.25, 0.5, 0.75, 1.0])
 
 
 class TestArcParameter:

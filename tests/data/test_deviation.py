@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from builders import curve_through
 
+from dloftbs import detect
 from dloftbs.data.centerline import Centerline, Segment
 from dloftbs.data.detection import Detection
 
@@ -53,3 +55,28 @@ def test_the_seam_of_a_loop_changes_no_deviation():
     found = loop_from(0).curve_std(u)
     for first in (100, 200):
         assert loop_from(first).curve_std(u - first / 400) == pytest.approx(found, rel=0.02)
+
+
+def around_a_hidden_turn():
+    """Return a cable whose mask is interrupted where it turns back."""
+    mask = np.zeros((260, 420), np.uint8)
+    cv2.line(mask, (20, 80), (300, 80), 255, 8)
+    cv2.line(mask, (20, 180), (300, 180), 255, 8)
+    cv2.ellipse(mask, (300, 130), (50, 50), 0.0, -90.0, 90.0, 255, 8)
+    mask[:, 310:] = 0
+    (found,) = detect(mask, objects=1)
+    return found
+
+
+def test_a_cable_has_the_same_deviation_at_a_place_whichever_way_it_runs():
+    found, u = around_a_hidden_turn(), np.linspace(0.0, 1.0, 101)
+    assert len(found.inferred) == 1
+    np.testing.assert_allclose(found.reversed().curve_std(1.0 - u), found.curve_std(u), rtol=0.1)
+
+
+def test_a_cable_that_was_read_lies_on_its_curve():
+    found, seen = around_a_hidden_turn(), np.linspace(0.0, 0.3, 31)
+    again = Detection.from_dict(found.to_dict())
+    line = again.centerline
+    np.testing.assert_allclose(line.points, again.curve.spline(line.u), atol=1e-6)
+    assert (again.curve_std(seen) <= found.curve_std(seen)).all()

@@ -444,8 +444,14 @@ class Centerline:
 
     @cached_property
     def u(self) -> FloatArray:
-        """The distance along the pixels at each, normalised, shape (n,), which the spline is fitted by: its ``t``."""
-        return frozen(arc_parameter(self.points, self.closed))
+        """The distance along the pixels at each, normalised, shape (n,), which the spline is fitted by: its ``t``.
+
+        Across a gap around a turn, the arc may count in place of the chord.
+        """
+        forwards: Centerline | None = self.__dict__.get("_forwards")
+        if forwards is None:
+            return frozen(arc_parameter(self.points, self.closed))
+        return frozen(1.0 - forwards.u[::-1])
 
 
 def arc_parameter(points: FloatArray, closed: bool = False) -> FloatArray:

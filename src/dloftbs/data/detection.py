@@ -19,7 +19,7 @@ from dloftbs.data.inferred_spans import InferredSpans
 from dloftbs.data.object_shape import ObjectShape
 from dloftbs.data.u_mapping import known_in_space, to_image, to_space
 from dloftbs.errors import InputError
-from dloftbs.support.arrays import LARGEST, FloatArray
+from dloftbs.support.arrays import LARGEST, FloatArray, frozen
 from dloftbs.support.values import (
     MAX_WHOLE,
     check_integer,
@@ -294,13 +294,16 @@ def _line_along(
     ends = 1.0 - max((near.confidence for near in near_joints), default=0.0)
     known = math.prod((joint.confidence for joint in joints), start=ends * is_cable)
     edges = [0.0, *(edge for joint in joints for edge in joint.u), 1.0]
-    segments = []
+    segments, places = [], []
     for low, high in zip(edges[::2], edges[1::2], strict=True):
         count = min(max(math.ceil(abs(high - low) * curve.length), 1), _MAX_PIXELS) + 1
-        segments.append(Segment(curve(np.linspace(low, high, count)), np.full(count, 0.5 * width)))
+        places.append(np.linspace(low, high, count))
+        segments.append(Segment(curve(places[-1]), np.full(count, 0.5 * width)))
     own = tuple([joint._over((float(low), float(high))) for joint in joints for low, high in [curve.t_at(joint.u)]])
     course = min(certainty / known, 1.0) if known > 0.0 else 0.0
-    return Centerline(tuple(segments), own, curve.closed, near_joints, course, is_cable)
+    line = Centerline(tuple(segments), own, curve.closed, near_joints, course, is_cable)
+    line.__dict__["u"] = frozen(curve.t_at(np.concatenate(places)))
+    return line
 
 
 @dataclass(frozen=True)
