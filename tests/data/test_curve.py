@@ -554,6 +554,12 @@ class TestLength:
     def test_the_sharpest_bends(self, curve):
         check_lengths(curve)
 
+    def test_a_single_u_where_the_curve_comes_to_a_halt(self):
+        curve = BSplineCurve([0, 0, 0, 0, 1, 1, 1, 1], [(0, 0), (1, 0), (1, 0), (1, 0)])
+        for u in (1.0, 0.9999999):
+            np.testing.assert_array_equal(curve(u), curve([u])[0])
+            np.testing.assert_array_equal(curve.tangent(u), curve.tangent([u])[0])
+
     @pytest.mark.parametrize("seed", range(40))
     def test_hairpins_in_every_span(self, seed):
         """Control points at random over evenly spaced knots; five nodes a span were off by 3 % of the length."""

@@ -115,6 +115,7 @@ class ArcLength(NamedTuple):
             if not left.any():
                 break
         else:
+            y = np.asarray(y)  # a scalar, of a single share, takes no items
             y[left] = _by_halving(powers[:, left], wanted[left])
         return np.where(shares >= 1.0, 1.0, np.minimum(self.starts[piece] + y * self.widths[piece], 1.0))
 
