@@ -107,6 +107,67 @@ def test_the_route_of_a_single_branch_leads_from_its_trunk() -> None:
     assert np.allclose(back.curve.start, (100.0, 0.0))
 
 
+def branches_of_routes(harness: Harness) -> list[list[int]]:
+    return [[step.branch for step in steps] for steps in harness._routing.ways(harness.trunk)]
+
+
+def test_the_route_of_a_lasso_leads_around_its_loop() -> None:
+    mask = drawn(((290, 240), (600, 240), 12))
+    cv2.circle(mask, (190, 240), 100, 255, 12)
+    result = dloftbs.detect(mask, branched=True)
+    (harness,) = result.harnesses
+    (route,) = harness.routes
+    tail, loop = sorted(harness.branches, key=lambda branch: result[branch].curve.length)
+    assert harness.ends == (harness.trunk,)
+    assert branches_of_routes(harness) == [[tail, loop]]
+    assert route.ends[0] == harness.trunk
+    assert route.ends[1] in result.branch_points[0].members
+    assert route.curve.length == pytest.approx(harness.length, rel=0.02)
+
+
+def test_a_single_end_before_two_branches_side_by_side_has_a_route_through_both() -> None:
+    curves = (
+        line((0.0, 100.0), (100.0, 100.0)),
+        bent((100.0, 100.0), (150.0, 0.0), (200.0, 100.0)),
+        bent((100.0, 100.0), (150.0, 200.0), (200.0, 100.0)),
+    )
+    points = (
+        BranchPoint((100.0, 100.0), ((0, 1), (1, 0), (2, 0)), 1.0),
+        BranchPoint((200.0, 100.0), ((1, 1), (2, 1)), 1.0),
+    )
+    harness = Harness(tuple(detection_of(curve) for curve in curves), (0, 1, 2), points)
+    (steps,) = branches_of_routes(harness)
+    assert steps[0] == 0
+    assert sorted(steps) == [0, 1, 2]
+
+
+def test_each_side_of_a_triangle_with_an_end_at_each_corner_is_on_a_route() -> None:
+    corners, outer = ((320, 140), (200, 340), (440, 340)), ((320, 20), (60, 430), (580, 430))
+    sides = [(a, b, 12) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+    result = dloftbs.detect(drawn(*sides, *((a, b, 12) for a, b in zip(corners, outer, strict=True))), branched=True)
+    (harness,) = result.harnesses
+    assert (len(harness.branches), len(harness.ends)) == (6, 3)
+    assert {branch for steps in branches_of_routes(harness) for branch in steps} == set(harness.branches)
+    assert all(set(route.ends) <= set(harness.ends) for route in harness.routes)
+
+
+def test_a_trunk_from_which_every_way_turns_back_has_the_straightest_one() -> None:
+    curves = (
+        line((0.0, 100.0), (100.0, 100.0)),
+        line((100.0, 100.0), (0.0, 80.0)),
+        line((100.0, 100.0), (0.0, 130.0)),
+        line((100.0, 100.0), (200.0, 100.0)),
+    )
+    detections = tuple(detection_of(curve) for curve in curves)
+    ahead = BranchPoint((100.0, 100.0), ((0, 1), (1, 0), (2, 0), (3, 0)), 1.0)
+    only_back = BranchPoint((100.0, 100.0), ((0, 1), (1, 0), (2, 0)), 1.0)
+    harness = Harness(detections, (0, 1, 2, 3), (ahead,))
+    assert len(harness.routes(trunk=(0, 0))) == 3
+    harness = Harness(detections, (0, 1, 2), (only_back,))
+    assert (2, 1) in {end for route in harness.routes(trunk=(0, 0)) for end in route.ends}
+    assert [route.ends for route in harness.routes(trunk=(0, 0)) if (0, 0) in route.ends] == [((0, 0), (2, 1))]
+
+
 def test_without_the_switch_there_is_none_of_it() -> None:
     result = dloftbs.detect(TREE)
     assert (result.branch_points, result.harnesses, result.routes) == ((), (), ())

@@ -283,7 +283,10 @@ class Harness:
         A way that turns back at a branch point, by more than three quarters of a half turn, is no route: cables that
         come together there lead on side by side. Such an end has its route from the end that it faces.
         Branches on no such way, as those of a loop, are on one more each, from the trunk's end to where the way without
-        them leads. An object without branch points has one route, from end to end.
+        them leads. One that no way passes is reached from the trunk's end, and left for the nearest other end; without
+        another end, the way leads back around to where it entered the loop, and ends there. Where all ways to a branch
+        turn back, it has the straightest one of any two ends. An object without branch points has one route, from end
+        to end.
         """
         found = Routes(self._routes_from(self.trunk))
         found._harness = self

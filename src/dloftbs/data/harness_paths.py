@@ -65,8 +65,8 @@ class Paths:
     branch_points: tuple[BranchPoint, ...]
     point_of: Mapping[End, int]
 
-    def shortest(self, start: End, stop: End) -> list[Step] | None:
-        """Return the shortest way from one end to another; None where there is none."""
+    def shortest(self, start: End, *stops: End) -> list[Step] | None:
+        """Return the shortest way from one end to the nearest of others; None where there is none."""
         first = self.detections[start[0]].curve.length
         queue: list[tuple[float, list[Step]]] = [(first, [Step(start[0], start[1] == 1)])]
         done: set[int] = set()
@@ -74,7 +74,7 @@ class Paths:
             length, steps = heapq.heappop(queue)
             last = steps[-1]
             leaves = last.branch, int(not last.backwards)
-            if leaves == stop:
+            if leaves in stops:
                 return steps
             at = self.point_of.get(leaves)
             if at is None or at in done:
@@ -85,6 +85,15 @@ class Paths:
                     own = self.detections[branch].curve.length
                     heapq.heappush(queue, (length + own, [*steps, Step(branch, end == 1)]))
         return None
+
+    def met_by(self, end: End) -> list[End]:
+        """List the ends that an end meets at its branch point; none where it has none."""
+        at = self.point_of.get(end)
+        return [] if at is None else [other for other in self.branch_points[at].members if other != end]
+
+    def length(self, steps: Sequence[Step]) -> float:
+        """Return the length of a way, px."""
+        return sum(self.detections[step.branch].curve.length for step in steps)
 
     def curve_along(self, steps: Sequence[Step], *, in_space: bool) -> BSplineCurve | None:
         """Return one smooth curve along the branches of a path; None where one has none in space."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -61,12 +62,26 @@ class Routing:
         """Return the ways of the routes from an end, as `Harness.routes` has them."""
         if trunk is None or len(self._branches) == 1:
             return [[Step(branch, trunk == (branch, 1))] for branch in self._branches]
-        ways = [steps for end in self._ends if end != trunk and (steps := self._way_to(trunk, end))]
+        others = [end for end in self._ends if end != trunk]
+        ways = [steps for end in others if (steps := self._way_to(trunk, end))]
+        if others and not any(steps[0].branch == trunk[0] for steps in ways):  # all turn back
+            onward = [steps for end in others if (steps := self._paths.shortest(trunk, end))]
+            ways += sorted(onward, key=self._sharpest)[:1]
         covered = {step.branch for steps in ways for step in steps}
         for branch in self._branches:
             if branch not in covered and (around := self._way_around(trunk, branch, ways)) is not None:
                 ways.append(around)
                 covered |= {step.branch for step in around}
+        left = [
+            (branch, steps)
+            for branch in self._branches
+            if branch not in covered
+            if (steps := self._way_through(trunk, branch)) is not None
+        ]
+        for branch, steps in sorted(left, key=lambda item: self._paths.length(item[1]), reverse=True):
+            if branch not in covered:  # the farthest first: the way there may take others
+                ways.append(steps)
+                covered |= {step.branch for step in steps}
         return ways
 
     def _shared_length(self, end: End) -> float:
@@ -89,17 +104,44 @@ class Routing:
         others = [self._paths.shortest(other, end) for other in self._ends if other not in (trunk, end)]
         return min([steps, *(way for way in others if way is not None)], key=self._sharpest)
 
+    def _way_through(self, trunk: End, branch: int) -> list[Step] | None:
+        """Return the way of the route that takes a branch that is on no way to an end: the shortest from the trunk's.
+
+        Where that turns back, it is the straightest one from any end.
+        """
+        ways = self._ways_through(trunk, branch)
+        shortest = min(ways, key=self._paths.length, default=None)
+        if shortest is None or self._sharpest(shortest) < _TURNS_BACK_RAD:
+            return shortest
+        others = [way for end in self._ends if end != trunk for way in self._ways_through(end, branch)]
+        return min([shortest, *ways, *others], key=self._sharpest)
+
+    def _ways_through(self, start: End, branch: int) -> list[list[Step]]:
+        """List the ways from an end through a branch, run either way: to the nearest other end, or back around."""
+        others = [end for end in self._ends if end != start]
+        found = []
+        for enters, leaves in (((branch, 0), (branch, 1)), ((branch, 1), (branch, 0))):
+            there = self._paths.shortest(start, leaves)
+            onward = self._paths.shortest(enters, *(others or self._paths.met_by(enters)))
+            if there is not None and onward is not None:
+                found.append([*there, *onward[1:]])
+        return found
+
     def _sharpest(self, steps: Sequence[Step]) -> float:
         """Return the sharpest turn of a way at a branch point, rad."""
         turns = [0.0]
         for before, after in pairwise(steps):
-            ahead = self._away((before.branch, int(not before.backwards)))
-            onward = self._away((after.branch, int(after.backwards)))
+            ahead = self._away[before.branch, int(not before.backwards)]
+            onward = self._away[after.branch, int(after.backwards)]
             turns.append(math.pi - math.acos(min(max(float(ahead @ onward), -1.0), 1.0)))
         return max(turns)
 
-    def _away(self, end: End) -> FloatArray:
-        """Return the unit direction in which a branch leads away from its end, shape (2,)."""
+    @cached_property
+    def _away(self) -> dict[End, FloatArray]:
+        """The unit direction in which a branch leads away from each of its ends at branch points, shape (2,)."""
+        return {end: self._direction(end) for end in self._paths.point_of}
+
+    def _direction(self, end: End) -> FloatArray:
         found = self._detections[end[0]]
         share = min(_DIRECTION_WIDTHS * found.width_px / max(found.curve.length, 1e-9), 1.0)
         first, last = found.curve(np.array([0.0, share]) if end[1] == 0 else np.array([1.0, 1.0 - share]))
