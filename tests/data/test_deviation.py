@@ -71,7 +71,7 @@ def around_a_hidden_turn():
 def test_a_cable_has_the_same_deviation_at_a_place_whichever_way_it_runs():
     found, u = around_a_hidden_turn(), np.linspace(0.0, 1.0, 101)
     assert len(found.inferred) == 1
-    np.testing.assert_allclose(found.reversed().curve_std(1.0 - u), found.curve_std(u), rtol=0.1)
+    np.testing.assert_allclose(found.reversed().curve_std(1.0 - u), found.curve_std(u), rtol=1e-3)
 
 
 def test_a_cable_that_was_read_lies_on_its_curve():

@@ -79,8 +79,8 @@ def terms_in_image(curve: BSplineCurve, line: Centerline, inferred: Spans, u: Fl
         squares, radius, stretches = np.tile((squares, radius, stretches), 3)
     misfit = np.sqrt(_mean_near(places, squares, at, _MISFIT_WIDTHS * width))
     # Radii that are equal to the last bit were laid along the line, as where cables run side by side.
-    equal = np.append(np.diff(radius) == 0.0, [False])
-    unmeasured = _mean_near(places, equal.astype(np.float64), at, _MISFIT_WIDTHS * width)
+    equal = np.convolve(np.diff(radius) == 0.0, (0.5, 0.5))  # of a pair, each of both points counts half
+    unmeasured = _mean_near(places, equal, at, _MISFIT_WIDTHS * width)
     roughness = _roughness(places, radius, stretches, at, _ROUGHNESS_WIDTHS * width)
     hidden = depth_inside(u, inferred) * length
     hidden[hidden > 0.0] += 0.5 * width
