@@ -95,6 +95,60 @@ def test_a_cable_that_ends_beside_the_gap_of_another_one_stays_by_itself():
     assert read(mask).branch_points == ()
 
 
+def drawn(lines: list[tuple[int, int, int, int, int]]) -> np.ndarray:
+    """Return a mask of straight cables ``(x, y, x, y, width)``, px."""
+    mask = np.zeros((400, 500), np.uint8)
+    for *at, width in lines:
+        cv2.line(mask, tuple(at[:2]), tuple(at[2:]), 255, width)
+    return mask
+
+
+LENS = drawn(
+    [
+        (405, 101, 419, 315, 9),
+        (419, 315, 397, 85, 10),
+        (419, 315, 340, 151, 8),
+        (408, 200, 109, 64, 9),
+        (258, 132, 465, 271, 9),
+        (397, 85, 264, 45, 8),
+        (109, 64, 27, 102, 10),
+    ]
+)
+"""Two branch points with a long branch and a short one between them, and an end branch that is as short as wide."""
+
+KNOT = drawn(
+    [
+        (202, 276, 346, 176, 10),
+        (274, 226, 479, 361, 10),
+        (202, 276, 335, 260, 8),
+        (376, 293, 283, 256, 10),
+        (274, 226, 233, 48, 6),
+        (233, 48, 29, 28, 9),
+    ]
+)
+cv2.circle(KNOT, (380, 252), 88, 255, 8)
+"""A wide junction with a hole, beside which a short branch has both its ends at the branch point."""
+
+
+@pytest.mark.parametrize("mask", [LENS, KNOT], ids=["lens", "knot"])
+def test_branches_end_at_their_branch_points_however_short_they_are(mask):
+    result = read(mask)
+    assert result.branch_points
+    for point in result.branch_points:
+        for number, end in point.members:
+            assert np.allclose(result[number].curve(float(end)), point.position, atol=2.0)
+
+
+def test_two_branch_points_with_a_long_branch_between_them_stay_two_beside_a_short_one():
+    inner = [
+        branch
+        for branch in read(LENS).harnesses[0].edges
+        if branch[0].startswith("point") and branch[1].startswith("point")
+    ]
+    assert len(inner) == 2
+    assert {frozenset(ends) for *ends, _ in inner} == {frozenset(("point 0", "point 1"))}
+
+
 def test_a_long_branch_is_surer():
     assert confidence_of(3.0) > confidence_of(0.5)
     (point,) = read(tee()).branch_points

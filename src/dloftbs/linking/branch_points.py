@@ -123,7 +123,7 @@ def find_branch_points(
     graph : Graph
     matching : EndMatching
         Changed: the ends of branch points have no partner. A branch between two points that is too short to be an
-        object joins them.
+        object joins them, unless a longer one leads from the one to the other, too.
     least_px : float
         Length below which a branch between two branch points is none.
 
@@ -216,13 +216,16 @@ def _radius(matching: EndMatching, end: int) -> float:
 
 
 def _joined(matching: EndMatching, found: list[list[int]], least_px: float) -> list[list[int]]:
-    """Return the ends of each branch point, where those with too short a branch between them are one."""
+    """Return the ends of each branch point, where those with a short branch between them, and no long one, are one."""
     branches = matching.branches
     point_of = {end: k for k, ends in enumerate(found) for end in ends}
     points = [list(ends) for ends in found]
+    long = [branch for branch, (start, stop) in enumerate(branches.spans) if stop - start >= least_px]
     for branch, (start, stop) in enumerate(branches.spans):
         a, b = point_of.get(2 * branch), point_of.get(2 * branch + 1)
         if a is None or b is None or stop - start >= least_px:
+            continue
+        if a != b and any({point_of.get(start_of(other)), point_of.get(stop_of(other))} == {a, b} for other in long):
             continue
         kept = [end for end in dict.fromkeys((*points[a], *points[b])) if branch_of(end) != branch]
         if len(kept) < _MIN_ENDS:

@@ -215,7 +215,8 @@ def _lead_to(
 ) -> None:
     """Lead a cable from where it is clear of a junction, and short of the branch point there, straight to that."""
     k = 0 if at_start else -1
-    first, last, step = _clear_of_junction(graph, branches, end, spans[k])
+    clear = _clear_of_junction(graph, branches, end, spans[k])
+    first, last, step = spans[k] if clear[0] == clear[1] else clear  # of a short branch, nothing may be clear of it
     if first != last:
         inward = step if at_start else -step
         tip = first if at_start else last - step
