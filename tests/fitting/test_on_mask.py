@@ -15,7 +15,7 @@ from dloftbs.cleaning import clean
 from dloftbs.config import Config, FittingConfig
 from dloftbs.data.centerline import Centerline, Segment
 from dloftbs.data.curve import BSplineCurve
-from dloftbs.fitting import fit, keep_to_mask
+from dloftbs.fitting import fit, keep_to_mask, on_mask
 
 
 def kept(
@@ -82,6 +82,16 @@ def test_an_end_on_the_ground_is_inferred() -> None:
     ((low, high),) = gaps(after)
     assert curve(low)[0] == pytest.approx(229.0 + 3.5 + 3.5, abs=1.5)  # the tip is half a width long
     assert high == 1.0
+
+
+def test_no_knots_are_tried_where_the_centre_line_itself_is_beside_the_mask(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = np.column_stack((np.arange(30.0, 300.0), np.full(270, 100.0)))
+    mask = draw(points)
+    mask[:, 150:190] = 0
+    monkeypatch.setattr(on_mask, "fit_with_knots", lambda *_: pytest.fail("knots were tried"))
+    after, curve, before = kept(line_through(points, 3.5), mask)
+    assert curve is before
+    assert len(gaps(after)) == 1
 
 
 def test_a_crossing_without_points_gets_the_straight_way() -> None:

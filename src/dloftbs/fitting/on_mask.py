@@ -46,8 +46,8 @@ def keep_to_mask(
 
     Gaps are first placed where the curve is beside the mask (`mark_unseen_joints`). A curve that leaves the mask by
     more than half a width elsewhere, as around sharp bends, gets more knots, unless their number is given, and follows
-    straight lines where the centre line has no points. Where it leaves the mask all the same, there is a gap; a loop is
-    opened there.
+    straight lines where the centre line has no points. It gets none where the centre line leaves the mask, too. Where
+    it leaves the mask all the same, there is a gap; a loop is opened there.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def keep_to_mask(
     off = _spans_off(marked, curve, pixels)
     if off and config.knots is None:
         points, u = _filled(line)
-        for times in _FINER:
+        for times in _FINER if _are_seen(marked, points, u, pixels) else ():
             finer = fit_with_knots(points, u, line.closed, times * distinct_knots(curve))
             again = mark_unseen_joints(line, finer, crop) if line.joints else line
             if not _spans_off(again, finer, pixels):
@@ -100,6 +100,12 @@ def _filled(line: Centerline) -> tuple[FloatArray, FloatArray]:
             extra.append(np.linspace(u[k], u[k + 1], math.ceil(steps[k]) + 1)[1:-1])
     own = np.sort(np.concatenate((line.u, *extra)))
     return np.stack([np.interp(own, u, column) for column in points.T], axis=1), own
+
+
+def _are_seen(line: Centerline, points: FloatArray, u: FloatArray, mask: AnyArray) -> bool:
+    """Return whether points with these parameters lie on the mask or beside it where they are said to be seen."""
+    seen = np.logical_or.reduce([(low <= u) & (u <= high) for low, high in _seen(line)])
+    return bool(lie_on_mask(points[seen], mask, _reach(line)).all())
 
 
 def _opened(line: Centerline, span: _Span) -> Centerline:
