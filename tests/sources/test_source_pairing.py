@@ -148,6 +148,49 @@ def test_counts_must_agree(folder, tmp_path, count):
         sources.open(f"{folder}/img*[0-9].png", depth=tmp_path / "d")
 
 
+def numbered(folder, numbers, pixels, start=0, step=1, form="{:06d}.png"):
+    for number in numbers:
+        save(folder / form.format(start + step * number), pixels(number))
+
+
+def test_files_of_a_folder_go_by_name(tmp_path, caplog):
+    numbered(tmp_path / "rgb", (0, 1, 2, 4, 5), colour)
+    numbered(tmp_path / "d", (0, 1, 2, 3, 4), depth)
+    assert depths(sources.open(tmp_path / "rgb", depth=tmp_path / "d")) == [1000.0, 1001.0, 1002.0, 1004.0, None]
+    left_out, missing = (record.getMessage() for record in caplog.records)
+    assert left_out == f"{tmp_path / 'd'}: left out 1 file, such as 000003.png: no frame has the name"
+    assert missing == "frame 4 goes without depth: no file of the folder has its name"
+
+
+@pytest.mark.parametrize(("start", "step", "numbers"), [(1, 1, range(5)), (0, 2, range(5)), (1, 1, (0, 1, 2, 4, 5))])
+def test_files_that_are_numbered_otherwise_go_by_order(tmp_path, caplog, start, step, numbers):
+    numbered(tmp_path / "rgb", numbers, colour)
+    numbered(tmp_path / "d", numbers, depth, start=start, step=step)
+    assert depths(sources.open(tmp_path / "rgb", depth=tmp_path / "d")) == [1000.0 + number for number in numbers]
+    (record,) = caplog.records
+    assert "by their order, since the numbers in the names differ" in record.getMessage()
+
+
+def test_other_names_with_other_numbers_are_reported(tmp_path, caplog):
+    numbered(tmp_path / "rgb", (0, 1, 2, 4, 5), colour, form="rgb16_{}.png")
+    numbered(tmp_path / "d", (0, 1, 2, 3, 4), depth, form="depth_{}_16bit.png")
+    numbered(tmp_path / "e", (0, 1, 2, 3, 4), depth, form="{}.tiff")
+    with sources.open(tmp_path / "rgb", depth=tmp_path / "d"):
+        assert not caplog.records  # 16 is no number of a frame
+    with sources.open(tmp_path / "rgb", depth=tmp_path / "e"):
+        (record,) = caplog.records
+    assert record.getMessage().endswith("numbers in the names differ: 3.tiff goes with rgb16_4.png")
+
+
+def test_stems_that_are_there_twice_go_by_order(tmp_path, caplog):
+    for run in "ab":
+        numbered(tmp_path / run / "rgb", (0, 1, 2), colour)
+        numbered(tmp_path / run / "d", (0, 1, 2), depth)
+    source = sources.open(f"{tmp_path}/*/rgb/*.png", depth=f"{tmp_path}/*/d/*.png")
+    assert depths(source) == [1000.0, 1001.0, 1002.0] * 2
+    assert not caplog.records
+
+
 def test_stacks(tmp_path):
     images = np.stack([colour(number) for number in range(4)])
     stack = np.stack([depth(number) for number in range(4)])

@@ -106,6 +106,7 @@ def open(
         frames, or a video of one channel of 16 bits; or a naming rule such as ``"{stem}_depth.png"`` or
         ``"../depth/{stem}.npy"``, relative to the folder of each colour file. Files are 16-bit or floating-point
         images, or .npy (H, W). Where one is missing or cannot be read, there is a warning, and the frame goes without.
+        Files of a folder go with image files by name if most stems agree, and otherwise by order.
     masks : str or path, optional
         Masks to go with images, in the same ways, or as any video or animation; the key in a .npz file is `masks`.
     occluders : str or path, optional

@@ -1,4 +1,4 @@
-"""Naming rules: which files go with a colour file, by its stem.
+"""Naming rules, and folders of partners: which files go with a colour file, by its stem.
 
 A rule such as ``"{stem}_depth.png"`` names one file. One with wildcards in its file name, such as
 ``"{stem}_mask_*.png"``, names a file per object. Where a name could belong to two stems, it is that of the longer one.
@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import fnmatch
 import functools
+import math
 import os
 import re
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from dloftbs.sources.image_files import natural_key
 from dloftbs.sources.source import logger
+from dloftbs.support.values import count_of
 
 STEM = "{stem}"
 _WILDCARDS = re.compile(r"[*?\[]")
 _UNION = re.compile(r".*[_.-]all", re.IGNORECASE)
+_LAST_NUMBER = re.compile(r".*?(?P<number>[0-9]+)[^0-9]*")
 
 
 def is_rule(where: str | None) -> bool:
@@ -79,6 +83,60 @@ def without_partners(paths: Sequence[Path], rule: str) -> list[Path]:
             continue
         colour.append(path)
     return colour
+
+
+def partners_in_folder(paths: Sequence[Path], files: Sequence[Path], where: str) -> Sequence[Path | None]:
+    """Return the file of a folder that goes with each colour file, None where that is missing.
+
+    Files go by name where most of the stems agree, and by order elsewhere: also where both are numbered alike, but from
+    another start or in other steps. Stems that are there twice distinguish nothing. Order is reported where the numbers
+    in the names differ, and so are files that are left out by name.
+
+    Parameters
+    ----------
+    paths, files : sequence of Path
+        Of the frames and of the folder, in natural order.
+    where : str
+        The folder, for messages.
+    """
+    stems, others = [path.stem for path in paths], {file.stem: file for file in files}
+    shared = others.keys() & stems
+    numbers, their_numbers = _numbers(stems), _numbers([file.stem for file in files])
+    are_unique = len(set(stems)) == len(paths) and len(others) == len(files)
+    if are_unique and 2 * len(shared) > min(len(paths), len(files)) and not _are_renumbered(numbers, their_numbers):
+        left_out = [file.name for file in files if file.stem not in shared]
+        if left_out:
+            count = count_of(len(left_out), "file")
+            logger.warning("%s: left out %s, such as %s: no frame has the name", where, count, left_out[0])
+        return [others.get(stem) for stem in stems]
+    if numbers and their_numbers and len(paths) == len(files) and numbers != their_numbers:
+        at = next(i for i, both in enumerate(zip(numbers, their_numbers, strict=True)) if both[0] != both[1])
+        logger.warning(
+            "%s: its files go with the frames by their order, since the numbers in the names differ: %s goes with %s",
+            where,
+            files[at].name,
+            paths[at].name,
+        )
+    return files
+
+
+def _numbers(stems: Sequence[str]) -> list[int]:
+    """Return the last number of each stem; none where one lacks it, or all have the same."""
+    found = [_LAST_NUMBER.fullmatch(stem) for stem in stems]
+    numbers = [int(match["number"]) for match in found if match is not None]
+    return numbers if len(numbers) == len(stems) and len({*numbers}) == len(stems) else []
+
+
+def _are_renumbered(numbers: Sequence[int], others: Sequence[int]) -> bool:
+    """Return whether two series of numbers leave out the same places, but begin elsewhere or have other steps."""
+    if min(len(numbers), len(others)) < 2:
+        return False
+    steps = [math.gcd(*(after - before for before, after in pairwise(series))) for series in (numbers, others)]
+    places = [
+        [(one - series[0]) // step for one in series] for series, step in zip((numbers, others), steps, strict=True)
+    ]
+    is_same = (numbers[0], steps[0]) == (others[0], steps[1])
+    return not is_same and all(one == other for one, other in zip(*places, strict=False))
 
 
 def stem_under(path: Path, rule: str) -> str | None:

@@ -17,7 +17,7 @@ from dloftbs.data.instance_labels import Size
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.animations import open_animation
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, is_glob, is_image_file, list_files
-from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, partner_of
+from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, partner_of, partners_in_folder
 from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.object_files import Read, holds_objects, object_reads
 from dloftbs.sources.partner_stream import StreamPartner
@@ -242,11 +242,11 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     ----------
     what : {"depth", "mask", "occluders", "instances"}
     where : str
-        A naming rule such as ``"{stem}_depth.png"``, relative to the folder of each colour file; a folder or a glob; an
-        image file, of several pages if it is a TIFF; a .npy file (N, H, W) or (H, W); a .npz file with the array
-        "depth", "masks", "occluders" or "instances"; a video, for depth with one channel of 16 bits, for masks and
-        occluders also an animation. For all but depth also a rule with wildcards, and files of annotations
-        (`object_reads`).
+        A naming rule such as ``"{stem}_depth.png"``, relative to the folder of each colour file; a folder or a glob
+        (see `partners_in_folder`); an image file, of several pages if it is a TIFF; a .npy file (N, H, W) or (H, W); a
+        .npz file with the array "depth", "masks", "occluders" or "instances"; a video, for depth with one channel of 16
+        bits, for masks and occluders also an animation. For all but depth also a rule with wildcards, and files of
+        annotations (`object_reads`).
     beside : sequence of Path or None
         The colour files, None where the source is something else.
 
@@ -268,7 +268,8 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
         return _files(what, [partner_of(path, where) for path in beside])
     path = Path(os.path.expanduser(where))
     if is_glob(str(path)) or os.path.isdir(path):
-        return _files(what, list_files(str(path), (*IMAGE_EXTENSIONS, ".pfm", ".npy")))
+        files = list_files(str(path), (*IMAGE_EXTENSIONS, ".pfm", ".npy"))
+        return _files(what, files if beside is None else partners_in_folder(beside, files, where))
     return _open_file(what, where, path)
 
 
@@ -297,8 +298,15 @@ def _open_file(what: What, where: str, path: Path) -> Partner:
     return StreamPartner(what, video)
 
 
-def _files(what: What, paths: Sequence[Path]) -> _Files:
-    return _Files(what, [partial(_of_any_size, partial(_READERS[what], path)) for path in paths])
+def _files(what: What, paths: Sequence[Path | None]) -> _Files:
+    return _Files(what, [partial(_of_any_size, partial(_read_file, what, path)) for path in paths])
+
+
+def _read_file(what: What, path: Path | None) -> AnyArray:
+    """Return what a file holds; None stands for one that is missing in a folder."""
+    if path is None:
+        raise SourceError("no file of the folder has its name")
+    return _READERS[what](path)
 
 
 def _of_any_size(read: Callable[[], AnyArray], _size: Size) -> AnyArray:
