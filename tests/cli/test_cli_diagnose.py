@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 from cli.cli_inputs import RED, mask, photo, run, save
 
+from dloftbs import Config, Frame, Pipeline
+from dloftbs.cli.diagnosis import Diagnosis
+from dloftbs.cli.stream_report import RunReport
+
 SIZE = (100, 200)
 
 
@@ -106,6 +110,21 @@ def test_a_frozen_camera_is_named_and_masks_that_stay_are_not(tmp_path):
     ]
     np.save(tmp_path / "masks.npy", np.stack([mask(50)] * 6))
     assert findings(run("diagnose", tmp_path / "masks.npy", "--fps", 30).stdout) == []
+
+
+def test_frames_that_differ_and_share_a_stamp_are_named():
+    report = RunReport()
+    diagnosis = Diagnosis(report, Config().lifting)
+    pipeline = Pipeline()
+    for i, row in enumerate((30, 31, 31)):
+        frame = Frame(mask=mask(row), index=i, stamp=1.0)
+        result = pipeline.process(frame)
+        report.add(result)
+        diagnosis.add(frame, pipeline.mask, result)
+    assert diagnosis.findings(None) == [
+        "1 of 3 frames differ from the one before, but have its stamp, and get its result: save stamps in float64 that "
+        "are not rounded, or state the rate by --fps RATE"
+    ]
 
 
 def test_the_first_frames_are_looked_at(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -279,6 +280,17 @@ class TestStream:
         assert (results[3].detections, results[3].tracks) == (results[2].detections, results[2].tracks)
         assert [[one.id for one in result.harnesses] for result in results] == [[1]] * 5
         assert len({tuple(one.id for one in result.branch_points) for result in results}) == 1
+
+    def test_other_pixels_with_a_repeated_stamp_are_reported_once(self, caplog: pytest.LogCaptureFixture) -> None:
+        frames = [replace(frame, stamp=0.5) for frame in self.frames()]
+        pipeline = Pipeline()
+        for frame in (frames[0], frames[0]):
+            pipeline.process(frame)
+        assert not caplog.records
+        for frame in frames[1:3]:
+            pipeline.process(frame)
+        (record,) = caplog.records
+        assert "frame 1 differs from the one before it and has the same stamp, 0.5 s" in record.getMessage()
 
     @staticmethod
     def frames() -> list[Frame]:

@@ -169,6 +169,30 @@ def test_npz(tmp_path, save):
             assert frames[0].camera == CAMERA
 
 
+@pytest.mark.parametrize(
+    ("stamps", "expected"),
+    [
+        ([0.0, 0.0, 1.0, 1.0, 1.0], [0.0, 0.5, 1.0, 1.5, 2.0]),
+        ([0.0, 0.1, 0.1, 0.5, 0.6], [0.0, 0.1, 0.3, 0.5, 0.6]),
+        ([9.0, 9.0, 1.0, 3.0, 4.0], [9.0, 10.5, 1.0, 3.0, 4.0]),
+        (np.array([5.0] * 5), [None] * 5),
+    ],
+)
+def test_different_frames_that_share_a_stamp_are_spread(tmp_path, caplog, stamps, expected):
+    np.savez(tmp_path / "a.npz", images=IMAGES, stamps=stamps)
+    with sources.open(tmp_path / "a.npz") as source:
+        assert [frame.stamp for frame in source] == pytest.approx(expected)
+    (record,) = caplog.records
+    assert "differs from the one before it and has the same stamp" in record.getMessage()
+
+
+def test_repeated_frames_share_a_stamp(tmp_path, caplog):
+    np.savez(tmp_path / "a.npz", images=IMAGES[[0, 0, 1, 1, 2]], stamps=[0.0, 0.0, 1.0, 1.0, 2.0])
+    with sources.open(tmp_path / "a.npz") as source:
+        assert [frame.stamp for frame in source] == [0.0, 0.0, 1.0, 1.0, 2.0]
+    assert not caplog.records
+
+
 def test_explicit_arguments_come_first(tmp_path):
     np.savez(tmp_path / "a.npz", images=IMAGES, masks=MASKS, stamps=np.zeros(5), camera=[1, 1, 1, 1])
     with sources.open(tmp_path / "a.npz", camera=CAMERA, fps=2, kind="image") as source:

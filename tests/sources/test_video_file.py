@@ -71,6 +71,25 @@ def test_an_mp4_that_was_trimmed_without_encoding_gives_what_it_shows(tmp_path, 
     assert stamps(frames) == pytest.approx([number / RATE for number in range(12)], abs=1e-6)
 
 
+def test_different_pictures_that_share_a_time_come_at_the_rate(tmp_path, caplog):
+    times = [number / 1000 for number in range(4) for _ in range(3)]
+    path = videos.write(tmp_path / "a.mkv", "ffv1", count=12, times=times, pixel_format="bgr0")
+    with sources.open(path) as source:
+        found = stamps(source)
+        step_s = 1 / source.fps
+    assert np.diff(found) == pytest.approx(np.full(11, step_s), abs=1e-3)
+    assert min(np.diff(found)) > 1e-5
+    (record,) = caplog.records
+    assert "frame 1 differs from the one before it and has the same time, 0 s" in record.getMessage()
+
+
+def test_repeated_pictures_share_a_time(tmp_path, caplog):
+    times = [number / 1000 for number in range(4) for _ in range(2)]
+    pictures = [videos.picture(number) for number in range(4) for _ in range(2)]
+    path = videos.write(tmp_path / "a.mkv", "ffv1", pictures=pictures, times=times, pixel_format="bgr0")
+    assert stamps(read(path, caplog)) == pytest.approx(times)
+
+
 def test_joined_recordings_go_on_in_time(tmp_path, caplog):
     data = videos.write(tmp_path / "a.ts", container="mpegts", between=2).read_bytes()
     (tmp_path / "b.ts").write_bytes(data + data)

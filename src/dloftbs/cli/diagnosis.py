@@ -19,7 +19,7 @@ from dloftbs.pipeline.thickness import doubt_unit, thickness_m
 from dloftbs.sources import Source
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.mask_values import kind_of
-from dloftbs.support.values import count_of
+from dloftbs.support.values import count_of, is_same_time
 
 _WORST = 3
 """Number of frames that are kept to be looked at.
@@ -46,6 +46,7 @@ class Diagnosis:
         self._shares: list[float] = []
         self._soft = 0
         self._same: Counter[str] = Counter()  # frames whose image, or depth, is that of the frame before
+        self._repeated = 0  # frames that differ from the one before, and have its stamp
         self._last: Frame | None = None
         self._kinds: Counter[str] = Counter()
         self._sizes: Counter[tuple[int, int]] = Counter()
@@ -87,6 +88,7 @@ class Diagnosis:
             self._shares.append(share_set(mask))
         self._soft += frame.mask is not None and frame.mask_is == "auto" and kind_of(frame.mask) == "probability"
         before, self._last = self._last, frame
+        self._repeated += before is not None and is_same_time(frame.stamp, before.stamp) and _differ(frame, before)
         for kind, now in (("image", frame.image), ("depth", depth)):
             one: AnyArray | None = getattr(before, kind, None)
             self._same[kind] += one is not None and now is not None and np.array_equal(one, now)
@@ -175,6 +177,10 @@ class Diagnosis:
             if 2 * times > frames:
                 what = f"{times} of {frames} frames have the {kind} of the frame before, to the last bit"
                 found.append((times, f"{what}: is the camera frozen, or does a recording repeat frames?"))
+        if self._repeated:
+            what = f"{self._repeated} of {frames} frames differ from the one before, but have its stamp"
+            remedy = "save stamps in float64 that are not rounded, or state the rate by --fps RATE"
+            found.append((self._repeated, f"{what}, and get its result: {remedy}"))
         found += [(times, f"{text} ({_of(times, frames)})") for text, times in self._units.counts().items()]
         found += [(n, f"no curve in space, {n} times: {text}") for text, n in report.reasons_3d.counts().items()]
         found += [(frames, text) for text in report.warnings()]
@@ -191,6 +197,12 @@ class Diagnosis:
             took = f"a frame takes {typical_ms:.0f} ms, and comes after {1e3 / fps:.0f} ms"
             texts.append(f"{took}: --roi or a smaller image")
         return texts
+
+
+def _differ(frame: Frame, other: Frame) -> bool:
+    """Return whether the pixels of two frames of a stream differ."""
+    pairs = (frame.image, other.image), (frame.mask, other.mask)
+    return any(one is not None and another is not None and not np.array_equal(one, another) for one, another in pairs)
 
 
 def _spread(values: Sequence[float], form: str) -> str:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
+import numpy as np
 import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
@@ -37,7 +38,7 @@ from dloftbs.lifting import DepthEdges
 from dloftbs.pipeline.held_ends import with_held_ends
 from dloftbs.pipeline.inspection import Segments, graph_segments, trace_stages
 from dloftbs.pipeline.mask_gate import MaskGate, known_share
-from dloftbs.pipeline.plausibility import doubt_mask
+from dloftbs.pipeline.plausibility import GRID_PX, doubt_mask
 from dloftbs.pipeline.prompting import make_prompt
 from dloftbs.pipeline.published import NearestTracker, make_segments
 from dloftbs.pipeline.stages import StageRun, kernel_rooms, run_stages
@@ -123,6 +124,8 @@ class Pipeline:
         self._region: Region | None = None
         self._next_index = 0
         self._doubted = False
+        self._grid: tuple[AnyArray, ...] = ()  # some pixels of the last frame that was no repetition
+        self._doubted_stamp = False
         self._has_unit = False  # of depth, as a frame was asked that has a curve in space
         self._depth_from: tuple[PinholeCamera | None, float] | None = None  # and its unit
         self._mask: AnyArray | None = None
@@ -150,7 +153,8 @@ class Pipeline:
     def process(self, frame: Frame | npt.ArrayLike) -> FrameResult:
         """Find the objects of one frame and follow them from the frames before.
 
-        A frame with the stamp of the last one is a repetition: the last result is returned, and nothing changes.
+        A frame with the stamp of the last one is a repetition: the last result is returned, and nothing changes. The
+        first one whose pixels differ is reported: its stamp may be rounded.
 
         Parameters
         ----------
@@ -175,7 +179,9 @@ class Pipeline:
         frame = whole if region is None else region.crop(whole)
         self._next_index = frame.index + 1
         if self._size == whole.size and self._last is not None and is_same_time(frame.stamp, self._last.stamp):
+            self._check_repetition(frame)
             return replace(self._last, index=whole.index, name=whole.name)  # a repetition, which changes nothing
+        self._grid = _grid_of(frame)
         preparation.prepare((*kernel_rooms(self._config, frame), "evidence.kernels.occlusion_pixels", "tracking"))
         since = perf_counter()
         predicted = self._tracker.predict(frame.stamp) if self._size in (None, whole.size) else ()
@@ -254,7 +260,7 @@ class Pipeline:
 
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
-        self._doubted = self._has_unit = False
+        self._doubted = self._doubted_stamp = self._has_unit = False
         self._size = self._stamp = None
         self._tracker.reset()
         self._reset_scene()
@@ -294,6 +300,19 @@ class Pipeline:
         with preparation.compiling_ahead(kernel_rooms(self._config, frame)):
             return frame, region, run_stages(frame, self._config, segmenter, region=region)
 
+    def _check_repetition(self, frame: Frame) -> None:
+        """Warn, once in a stream, of a frame that has the stamp of the last one and other pixels."""
+        if self._doubted_stamp or all(map(np.array_equal, self._grid, _grid_of(frame))):
+            return
+        self._doubted_stamp = True
+        _log.warning(
+            "frame %d differs from the one before it and has the same stamp, %.17g s; such frames are taken for "
+            "repetitions and get the result before them: give stamps in float64 that are not rounded, or the rate "
+            "(fps, --fps)",
+            frame.index,
+            frame.stamp,
+        )
+
     def _region_in(self, frame: Frame) -> Region | None:
         """Return the region of interest in frames of a size; None reads all of them."""
         if self._roi is None:
@@ -313,6 +332,11 @@ def _as_segmenter(given: Segmenter | str | os.PathLike[str]) -> FrameSegmenter |
             f"got {shown(given)}"
         )
     return FrameSegmenter([given])
+
+
+def _grid_of(frame: Frame) -> tuple[AnyArray, ...]:
+    """Return a copy of some pixels of a frame: users may fill its arrays anew."""
+    return tuple(one[::GRID_PX, ::GRID_PX].copy() for one in (frame.image, frame.mask) if one is not None)
 
 
 def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | NearestTracker:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -12,10 +12,10 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.pixels import GREY_AS_IMAGE, Kind, image_or_mask, load_npy
-from dloftbs.sources.source import Source
+from dloftbs.sources.source import Source, logger
 from dloftbs.support.arrays import AnyArray, check_mask, depth_remedy, holds_depth, plane_of
 from dloftbs.support.npy import File, InMemory, is_npy
-from dloftbs.support.values import MILLIMETRE_M
+from dloftbs.support.values import MILLIMETRE_M, ROUNDING_S, is_same_time
 
 Stack = AnyArray | NpzMember
 """Array that is indexed frame by frame along its first axis."""
@@ -51,7 +51,8 @@ class ArraySource(Source):
     instances : Stack, shape (N, H, W), integer, optional
         Label images (see `Frame`).
     stamps : array_like, shape (N,), optional
-        Seconds.
+        Seconds. Different frames that share a stamp, as where it was rounded, are spread evenly from it to the next
+        one, with a warning. If all have the same, there is none.
     kind : {"auto", "image", "mask"}
         "auto" takes images for images and masks for masks. Where both are given, "image" and "mask" leave the other
         out; where one is given, it is turned into the kind asked for.
@@ -92,6 +93,8 @@ class ArraySource(Source):
         self.fps = fps
         self.length = check_stacks(self._stacks, registered=registration is None)
         self._stamps = None if stamps is None else _check_stamps(stamps, self.length)
+        self._spread = None if self._stamps is None else _spread(self._stamps)
+        self._has_warned = False
         if images is not None and masks is not None and kind != "auto":
             del self._stacks["masks" if kind == "image" else "images"]
         if (
@@ -131,12 +134,17 @@ class ArraySource(Source):
 
     def _frames(self) -> Iterator[Frame]:
         assert self.length is not None  # the constructor counted
+        stamp: float | None = None
+        last: list[AnyArray] = []
         for index in range(self.length):
             image, mask = self._image_and_mask(index)
             occluders, instances = (
                 self._stacks[key][index] if key in self._stacks else None for key in ("occluders", "instances")
             )
-            depth = self._depth(index, next((array for array in (image, mask, instances) if array is not None), None))
+            pixels = [array for array in (image, mask, instances) if array is not None]
+            stamp = self._stamp(index, stamp, last, pixels)
+            last = pixels
+            depth = self._depth(index, pixels[0])
             yield Frame(
                 image,
                 mask,
@@ -144,7 +152,7 @@ class ArraySource(Source):
                 occluders,
                 self._camera,
                 index,
-                self._stamp(index),
+                stamp,
                 f"{self.name}#{index}",
                 self._depth_unit_m,
                 instances=instances,
@@ -159,16 +167,39 @@ class ArraySource(Source):
         (pixels,) = given.values()
         return image_or_mask(pixels if "images" in given else plane_of(pixels), self._kind, lossy=False)
 
-    def _depth(self, index: int, pixels: AnyArray | None) -> AnyArray | None:
+    def _depth(self, index: int, pixels: AnyArray) -> AnyArray | None:
         depth = self._stacks["depth"][index] if self.has_depth else None
-        if depth is None or pixels is None or self._registration is None:
+        if depth is None or self._registration is None:
             return depth
         return self._registration.register(depth, pixels.shape[:2])
 
-    def _stamp(self, index: int) -> float | None:
+    def _stamp(
+        self, index: int, previous: float | None, last: Sequence[AnyArray], pixels: Sequence[AnyArray]
+    ) -> float | None:
+        """Return the stamp of a frame behind another one, whose stamp and pixels are known."""
         if self.fps is not None:
             return index / self.fps
-        return None if self._stamps is None else float(self._stamps[index])
+        if self._stamps is None:
+            return None
+        if index and is_same_time(self._stamps[index], self._stamps[index - 1]):
+            if all(map(np.array_equal, last, pixels)):
+                return previous
+            self._warn_of_shared(index)
+        return None if self._spread is None else float(self._spread[index])
+
+    def _warn_of_shared(self, index: int) -> None:
+        if self._has_warned:
+            return
+        self._has_warned = True
+        assert self._stamps is not None  # one is shared
+        logger.warning(
+            "%s: frame %d differs from the one before it and has the same stamp, %.17g s; %s: save stamps in float64 "
+            "that are not rounded, or give the rate (fps, --fps)",
+            self.name,
+            index,
+            self._stamps[index],
+            "all stamps are the same, and none is used" if self._spread is None else "such frames are spread evenly",
+        )
 
 
 def from_array(array: AnyArray, name: str, kind: Kind, camera: PinholeCamera | None, fps: float | None) -> ArraySource:
@@ -343,6 +374,22 @@ def _check_stamps(stamps: npt.ArrayLike, length: int) -> npt.NDArray[np.float64]
     if array.shape != (length,) or array.dtype.kind not in "fiu" or not np.isfinite(array).all():
         raise InputError(f"stamps must be {length} finite numbers, got {array.shape} of {array.dtype}")
     return array.astype(np.float64)
+
+
+def _spread(stamps: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
+    """Return stamps (N,), of which those that are shared are spread evenly from there to the next; None if all are.
+
+    Where no later one follows, the step is the median of the others.
+    """
+    starts = np.flatnonzero(np.abs(np.diff(stamps, prepend=-np.inf)) > ROUNDING_S)
+    counts = np.diff(starts, append=len(stamps))
+    steps_s = np.diff(stamps[starts], append=np.nan) / counts
+    later = steps_s[steps_s > 0.0]
+    if counts.max() > 1 and not later.size:
+        return None
+    steps_s = np.where(steps_s > 0.0, steps_s, np.median(later) if later.size else 0.0)
+    run = np.repeat(np.arange(len(starts)), counts)
+    return stamps[starts][run] + steps_s[run] * (np.arange(len(stamps)) - starts[run])
 
 
 def _camera(small: dict[str, AnyArray]) -> PinholeCamera:

@@ -10,6 +10,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
@@ -20,7 +22,7 @@ from dloftbs.sources.video_file import VideoFile
 from dloftbs.sources.video_picture import COUNTS, VideoPicture
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.text import readable
-from dloftbs.support.values import LONGEST_S
+from dloftbs.support.values import LONGEST_S, ROUNDING_S
 
 if TYPE_CHECKING:
     import cv2
@@ -64,6 +66,8 @@ class VideoSource(_PictureSource):
         Goes with every frame.
     fps : float, optional
         Gives the stamps ``index / fps``, in place of the stream's presentation times, counted from its first frame.
+        Where different frames share a time, by a clock that is too coarse, each comes 1 / rate after the one before it,
+        with a warning.
 
     Attributes
     ----------
@@ -88,6 +92,7 @@ class VideoSource(_PictureSource):
         self.length = self._file.length
         self.fps = fps or self._file.fps
         self._timed = fps is None
+        self._has_warned = False
         self.holds_counts = self._kind == "mask" and self._file.format in COUNTS
         if self._file.unread is not None:
             logger.warning("%s: %s", self.name, self._file.unread)
@@ -111,6 +116,7 @@ class VideoSource(_PictureSource):
     def _frames(self) -> Iterator[Frame]:
         count = following = 0  # frames that came, and the index after the last one that came or was skipped
         stamp: float | None = None
+        last: AnyArray | None = None
 
         def lost(first: int, number: int) -> None:
             nonlocal following
@@ -127,16 +133,34 @@ class VideoSource(_PictureSource):
                     pixels = picture.counts() if self.holds_counts else picture.bgr()
                 except SourceError as error:
                     raise SourceError(f"{self.name}: {error}") from error
-                stamp = self._stamp(picture, stamp)
+                stamp = self._stamp(picture, stamp, last, pixels)
+                last = pixels
                 yield self._frame(picture.index, pixels, stamp, self._label)
                 if self._closed:
                     return
 
-    def _stamp(self, picture: VideoPicture, previous: float | None) -> float | None:
+    def _stamp(
+        self, picture: VideoPicture, previous: float | None, last: AnyArray | None, pixels: AnyArray
+    ) -> float | None:
+        """Return the stamp of a picture behind another one, whose stamp and pixels are known."""
         stamp = picture.seconds if self._timed else None
         if stamp is None or stamp > LONGEST_S:
             stamp = None if self.fps is None else picture.index / self.fps
-        return stamp if stamp is None or previous is None else max(stamp, previous)  # some may be without a time
+        if stamp is None or previous is None or stamp > previous + ROUNDING_S:
+            return stamp
+        if self.fps is None or (last is not None and np.array_equal(last, pixels)):
+            return previous
+        if not self._has_warned:
+            self._has_warned = True
+            logger.warning(
+                "%s: frame %d differs from the one before it and has the same time, %.17g s, since the clock of the "
+                "file is coarse; such frames are taken to be 1/%.6g s apart: give the rate (fps, --fps)",
+                self.name,
+                picture.index,
+                stamp,
+                self.fps,
+            )
+        return previous + 1.0 / self.fps
 
     def _check_end(self, count: int, following: int, known: int, damage: str | None) -> None:
         expected = max(known, 1)  # a video has a frame
