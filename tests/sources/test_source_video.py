@@ -51,6 +51,8 @@ class FakeCapture:
         return pixels is not None, pixels
 
     def get(self, key):
+        if key == cv2.CAP_PROP_POS_MSEC:
+            return 1000.0 * (self.at - 1) / self.values[cv2.CAP_PROP_FPS]
         return self.values.get(key, 0.0)
 
     def release(self):
@@ -242,6 +244,35 @@ def test_a_file_at_an_address_has_a_length_and_a_stream_has_none(fake, where, co
     source = sources.open(where)
     assert (source.length, source.exact_length) == (length, None)
     assert (source.live, source.single_pass) == (not str(where).startswith("http"), True)
+
+
+def test_a_recording_at_an_address_has_its_own_times_and_a_quiet_end(fake, caplog):
+    fake(pictures("xyz"), fps=10.0, count=3.0)
+    with sources.open("http://host/a.mp4") as source:
+        assert [frame.stamp for frame in source] == pytest.approx([0.0, 0.1, 0.2])
+    with sources.open("http://host/a.mp4", fps=4) as source:
+        assert (source.fps, [frame.stamp for frame in source]) == (4, [0.0, 0.25, 0.5])
+    assert not caplog.records
+    fake(pictures("xyz"), fps=10.0, count=9.0)
+    with sources.open("http://host/a.mp4") as source:
+        assert len(list(source)) == 3
+    (record,) = caplog.records
+    assert record.getMessage() == "http://host/a.mp4 ended after 3 frames, and states about 9"
+
+
+def test_a_stream_at_an_address_takes_no_rate(fake):
+    opened = fake(pictures("xyz"), count=-1.0)
+    with pytest.raises(InputError, match="fps cannot go with a camera or a stream"):
+        sources.open("http://host/a.mjpg", fps=10)
+    assert opened[0].released
+
+
+def test_an_address_of_this_machine_is_its_file(tmp_path):
+    path = write_video(tmp_path / "a b.mp4")
+    for address in (path.as_uri(), f"file://localhost{path}"):
+        with sources.open(address, fps=10) as source:
+            assert isinstance(source, sources.VideoSource)
+            assert (source.name, next(iter(source)).stamp) == (str(path), 0.0)
 
 
 def test_what_cannot_be_opened(fake):

@@ -24,7 +24,15 @@ from dloftbs.camera import CameraLike, DepthRegistration, PinholeCamera, as_came
 from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.sources.animations import AnimationSource, open_animation
 from dloftbs.sources.cameras import camera_index
-from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, check_place, is_glob, is_image_file, list_files
+from dloftbs.sources.image_files import (
+    IMAGE_EXTENSIONS,
+    FileSource,
+    check_place,
+    is_glob,
+    is_image_file,
+    list_files,
+    without_scheme,
+)
 from dloftbs.sources.look_alikes import warn_of_labels
 from dloftbs.sources.naming_rules import is_rule, without_partners
 from dloftbs.sources.object_files import ObjectFileSource, group_by_frame
@@ -128,7 +136,8 @@ def open(
         Metres per count of integer depth; by default the registration's, or 0.001: millimetres.
     fps : float, optional
         Frames per second: the stamps are then ``index / fps``. Without it, files and arrays have no stamps of their own
-        (a .npz file may), and videos have those of the stream, counted from its first frame.
+        (a .npz file may), and videos have those of the stream, counted from its first frame. Cameras and live streams
+        take none.
     jobs : int
         Image files decoded at the same time, in threads, ahead of the frame that is asked for; with 1, each is decoded
         when it is. Makes no difference to videos, cameras, stacks and recordings.
@@ -173,12 +182,13 @@ def open(
         if partner is not None:
             paired[cast(What, what)] = _path_text(what, partner)
     where = as_pixels("where", where, "any") if is_array_like(where) else where
+    where = without_scheme(where) if isinstance(where, str) else where
     live = _live_address(where)
     if live is not None:
-        given = [*paired, *(["fps"] if fps is not None else []), *(["registration"] if registration else [])]
+        given = [*paired, *(["registration"] if registration else [])]
         if given:
             raise InputError(f"{' and '.join(given)} cannot go with a camera or a stream")
-        return LiveSource(live, kind=kind, camera=camera)
+        return LiveSource(live, kind=kind, camera=camera, fps=fps)
     rules: dict[What, str] = {what: text for what, text in paired.items() if is_rule(text)}
     # Depth of its own replaces that of a stack.
     own_registration = None if depth is not None else registration

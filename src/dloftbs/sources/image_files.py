@@ -24,6 +24,7 @@ IMAGE_EXTENSIONS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", "
 _BEGIN_BYTES = 32
 """Bytes by which an image file is known."""
 
+_FILE_ADDRESS = re.compile(r"file:(?://(?:localhost)?)?(?P<path>/.*)", re.IGNORECASE | re.DOTALL)
 _SEPARATOR = f"[{re.escape(os.sep + (os.altsep or ''))}]"
 
 
@@ -170,13 +171,22 @@ def list_files(where: str, extensions: Sequence[str]) -> list[Path]:
     return sorted(files, key=natural_key)
 
 
+def without_scheme(where: str) -> str:
+    """Return the path in an address of this machine, ``file:///a.mp4``; any other text as it is."""
+    address = _FILE_ADDRESS.fullmatch(where)
+    if address is None:
+        return where
+    from urllib.request import url2pathname  # late: it takes long
+
+    return url2pathname(address["path"])
+
+
 def files_of(where: str, extensions: Sequence[str]) -> list[Path]:
     """Return the files that a path, a folder or a glob stands for, without opening any.
 
     None where there is nothing, or no file: a camera or a stream.
     """
-    scheme, colon, rest = where.partition(":")
-    path = Path(os.path.expanduser(rest if colon and scheme.lower() == "file" else where))
+    path = Path(os.path.expanduser(without_scheme(where)))
     if os.path.isfile(path):  # which, unlike a Path's method, says no of a name that is too long
         return [path]
     if not (os.path.isdir(path) or is_glob(str(path))):

@@ -10,7 +10,7 @@ from dloftbs import sources
 from dloftbs.data.frame import Frame
 from dloftbs.data.instance_labels import Size
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sources.image_files import FileSource
+from dloftbs.sources.image_files import FileSource, without_scheme
 from dloftbs.sources.naming_rules import is_rule, partner_of
 from dloftbs.sources.object_files import object_reads
 from dloftbs.sources.pairing import What, read_partner
@@ -30,7 +30,7 @@ def read_frame(where: str | os.PathLike[str], kind: Kind = "auto", *, as_stored:
     SourceError
         If there is no such file, or it cannot be read.
     """
-    text = os.fsdecode(where)
+    text = without_scheme(os.fsdecode(where))
     remedy = f"track({shown(text)}) follows a stream, and sources.open reads it frame by frame"
     if text != STANDARD_INPUT and not os.path.isfile(os.path.expanduser(text)):
         if os.path.exists(os.path.expanduser(text)) or "://" in text or text.isdecimal():

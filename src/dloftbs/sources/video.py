@@ -14,7 +14,7 @@ import numpy as np
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
-from dloftbs.errors import SourceError
+from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.cameras import why_not
 from dloftbs.sources.pixels import Kind, check_pixels, image_or_mask
 from dloftbs.sources.source import Source, logger
@@ -33,6 +33,8 @@ LIVE_SCHEMES = ("rtsp", "rtsps", "rtp", "srtp", "udp", "rtmp", "rtmps", "srt")
 """Addresses under which there is never a file, as there may be under http."""
 MAX_LIVE_FPS = 1000.0
 """Rate above which what a driver or a stream says is the tick of its clock, 90 kHz say, and no rate."""
+_MS_PER_S = 1e3
+_NO_RATE = "fps cannot go with a camera or a stream"
 RETRY_S = 0.02
 """Wait after a failed read of a camera or a stream, which fails at once while it is disturbed."""
 
@@ -175,9 +177,10 @@ class VideoSource(_PictureSource):
 
 
 class LiveSource(_PictureSource):
-    """A camera or a network stream, which can be read once, by OpenCV; stamps are seconds since it was opened.
+    """A camera, a network stream or a recording at an address, which can be read once, by OpenCV.
 
-    `opened_s` is that moment on the monotonic clock. Streams that are read together need the same one.
+    Stamps are seconds since it was opened; `opened_s` is that moment on the monotonic clock. Streams that are read
+    together need the same one. A recording, whose number of frames is stated, has stamps of its own.
 
     Parameters
     ----------
@@ -187,20 +190,28 @@ class LiveSource(_PictureSource):
         As for `VideoSource`.
     camera : PinholeCamera, optional
         Goes with every frame.
+    fps : float, optional
+        Gives the stamps ``index / fps`` of a recording, in place of its times.
 
     Raises
     ------
+    InputError
+        If there is a rate for what comes at a pace of its own.
     SourceError
         If OpenCV cannot open it.
     """
 
     single_pass = True
 
-    def __init__(self, where: int | str, *, kind: Kind = "auto", camera: PinholeCamera | None = None) -> None:
+    def __init__(
+        self, where: int | str, *, kind: Kind = "auto", camera: PinholeCamera | None = None, fps: float | None = None
+    ) -> None:
         import cv2
 
         super().__init__(kind, camera)
         self.live = isinstance(where, int) or where.partition("://")[0].lower() in LIVE_SCHEMES
+        if self.live and fps is not None:
+            raise InputError(_NO_RATE)
         # Addresses may hold a password, and names end up in logs and results.
         self.name = f"camera {where}" if isinstance(where, int) else without_password(where)
         if isinstance(where, str) and readable(where) != where:  # OpenCV crashes on it
@@ -213,11 +224,16 @@ class LiveSource(_PictureSource):
         _check_size(self._capture, self.name)
         self.opened_s = time.monotonic()
         self._started = False
-        fps = _positive(self._capture.get(cv2.CAP_PROP_FPS))
-        self.fps = None if fps is None or fps > MAX_LIVE_FPS else fps
+        self._rate = fps
+        self._stated_fps = _positive(self._capture.get(cv2.CAP_PROP_FPS))
+        is_tick = self._stated_fps is not None and self._stated_fps > MAX_LIVE_FPS
+        self.fps = fps or (None if is_tick else self._stated_fps)
         frames = None if self.live else _positive(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
-        if frames is not None:  # a file at an address
+        if frames is not None:  # a recording
             self.length, self.length_is_estimate = int(frames), True
+        elif fps is not None:
+            self._capture.release()
+            raise InputError(_NO_RATE)
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames as they come, until the stream ends or is closed.
@@ -240,14 +256,36 @@ class LiveSource(_PictureSource):
 
     def _frames(self) -> Iterator[Frame]:
         try:
-            for index, pixels in self._decoded():
-                yield self._frame(index, pixels, time.monotonic() - self.opened_s, self.name)
+            for index, pixels, stamp in self._arriving() if self.length is None else self._recorded(self.length):
+                yield self._frame(index, pixels, stamp, self.name)
                 if self._closed:
                     return
         finally:
             self._capture.release()
+
+    def _arriving(self) -> Iterator[tuple[int, AnyArray, float]]:
+        """Yield the pictures of a camera or a stream with their numbers and stamps."""
+        for index, pixels in self._decoded():
+            yield index, pixels, time.monotonic() - self.opened_s
         if not self._closed:
             logger.warning("%s ended: %d reads in a row failed", self.name, MAX_FAILURES)
+
+    def _recorded(self, stated: int) -> Iterator[tuple[int, AnyArray, float]]:
+        """Yield the pictures of a recording, which ends where none can be read, with their numbers and stamps."""
+        import cv2
+
+        index, seconds = 0, 0.0
+        while not self._closed:
+            read, pixels = self._capture.read()
+            if not read:
+                break
+            seconds = max(float(self._capture.get(cv2.CAP_PROP_POS_MSEC)), 0.0) / _MS_PER_S
+            yield index, pixels, seconds if self._rate is None else index / self._rate
+            index += 1
+        # What is stated may be the duration by the rate, rounded.
+        reached = max(index, round(seconds * (self._stated_fps or 0.0)) + 1)
+        if not self._closed and reached + 1 < stated:
+            logger.warning("%s ended after %d frames, and states about %d", self.name, index, stated)
 
     def _decoded(self) -> Iterator[tuple[int, AnyArray]]:
         index = failures = 0
