@@ -226,6 +226,22 @@ def test_file_that_vanishes_is_skipped(tmp_path, caplog):
     assert "1.png: cannot be read: No such file" in caplog.text
 
 
+def test_a_link_that_leads_to_nothing_keeps_its_place(tmp_path, caplog):
+    for number in (0, 2):
+        save(tmp_path / f"{number}.png", np.eye(4, k=number, dtype=np.uint8))
+    (tmp_path / "1.png").symlink_to("gone.png")
+    for where in (tmp_path, f"{tmp_path}/*.png"):
+        with sources.open(where, fps=10) as source:
+            assert [(frame.index, frame.stamp, frame.name) for frame in source] == [
+                (0, 0.0, "0.png"),
+                (2, 0.2, "2.png"),
+            ]
+            assert source.skipped == 1
+        assert "skipped frame 1: " in caplog.text
+        assert "1.png: cannot be read: No such file or directory" in caplog.text
+        caplog.clear()
+
+
 def test_missing_and_empty(tmp_path):
     with pytest.raises(SourceError, match=r"no file or folder '.*gone\.png'"):
         sources.open(tmp_path / "gone.png")

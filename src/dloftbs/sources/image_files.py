@@ -147,7 +147,8 @@ def is_glob(text: str) -> bool:
 def list_files(where: str, extensions: Sequence[str]) -> list[Path]:
     """Return the files of a folder or a glob that end in one of the extensions, in natural order, without hidden ones.
 
-    A ``**`` in a glob stands for any number of folders, links to folders included, each of them once.
+    A ``**`` in a glob stands for any number of folders, links to folders included, each of them once. Links that
+    lead to nothing are among the files: whoever reads them says so, and the files behind them keep their places.
 
     Raises
     ------
@@ -165,7 +166,7 @@ def list_files(where: str, extensions: Sequence[str]) -> list[Path]:
         except OSError as error:
             raise SourceError(f"the folder {where!r} cannot be read: {error.strerror or error}") from error
         what = f"the folder {where!r} holds"
-    files = [p for p in found if p.suffix.lower() in extensions and not p.name.startswith(".") and os.path.isfile(p)]
+    files = [p for p in found if p.suffix.lower() in extensions and not p.name.startswith(".") and _is_file(p)]
     if not files:
         raise SourceError(f"{what} no file that ends in {', '.join(extensions)}; found {len(found)} other entries")
     return sorted(files, key=natural_key)
@@ -179,6 +180,11 @@ def without_scheme(where: str) -> str:
     from urllib.request import url2pathname  # late: it takes long
 
     return url2pathname(address["path"])
+
+
+def _is_file(path: Path) -> bool:
+    """Return whether a path is that of a file, or of a link that leads to nothing."""
+    return os.path.isfile(path) or (os.path.islink(path) and not os.path.exists(path))
 
 
 def files_of(where: str, extensions: Sequence[str]) -> list[Path]:
