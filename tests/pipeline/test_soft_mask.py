@@ -120,12 +120,29 @@ def test_a_mask_that_fades_does_not_fail() -> None:
         assert len(result) == 1
 
 
-def test_the_border_of_a_label_image_is_no_cable() -> None:
+def with_border(count: int) -> np.ndarray:
     labels = np.zeros(SIZE, np.uint8)
-    for number, line in enumerate((LINE, LINE + np.array([0, 150])), start=1):
+    for number, line in enumerate((LINE, LINE + np.array([0, 150]))[:count], start=1):
         cv2.polylines(labels, [line], False, 255, 15)
         cv2.polylines(labels, [line], False, number, 9)
-    assert all(one.width_px < 12.0 for one in detect(labels))
+    return labels
+
+
+def test_the_border_of_a_label_image_is_no_cable() -> None:
+    assert all(one.width_px < 12.0 for one in detect(with_border(2)))
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_the_border_of_what_is_said_to_be_labels_is_no_cable(count: int) -> None:
+    labels = with_border(count)
+    for result in (
+        detect(labels, mask_is="labels"),
+        detect(Frame(mask=labels, mask_is="labels")),
+        detect(instances=labels),
+        *track([Frame(mask=labels)], mask_is="labels"),
+    ):
+        assert len(result) == count
+        assert all(one.width_px < 12.0 for one in result)
 
 
 def test_the_published_method_reads_the_half_as_it_would_by_itself() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dloftbs.errors import InputError
-from dloftbs.support.mask_values import as_probability, kind_of
+from dloftbs.support.mask_values import as_probability, kind_of, without_border
 
 SIZE = (360, 640)
 
@@ -113,3 +113,13 @@ def test_a_probability_of_any_type_has_8_bits() -> None:
     np.testing.assert_array_equal(as_probability(drawn() > 127), np.where(drawn() > 127, 255, 0))
     with pytest.raises(InputError, match="must be uint8, uint16 or floating point, got int64"):
         as_probability(grey.astype(np.int64))
+
+
+@pytest.mark.parametrize(
+    ("labels", "expected"),
+    [([0, 1, 255], [0, 1, 0]), ([32, 255], [32, 0]), ([0, 255], [0, 255]), ([33, 255], [33, 255]), ([0, 7], [0, 7])],
+)
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.int64])
+def test_255_is_a_border_beside_small_numbers(labels: list[int], expected: list[int], kind: type) -> None:
+    found = without_border(np.array([labels], kind))
+    assert (found.tolist(), found.dtype) == ([expected], kind)

@@ -22,7 +22,7 @@ from dloftbs.support.arrays import (
     looks_like_image,
     plane_of,
 )
-from dloftbs.support.mask_values import BORDER, as_probability, kind_of
+from dloftbs.support.mask_values import BORDER, as_probability, kind_of, without_border
 from dloftbs.support.values import (
     DEPTH_UNITS_M,
     MAX_WHOLE,
@@ -44,6 +44,10 @@ _REGISTER = (
 
 _INSTANCES = "give detect(instances=x), and in a stream Frame(instances=x)"
 """Way of a mask per object into the package, for messages."""
+
+
+_WAYS = {"probability": as_probability, "labels": without_border}
+"""Changes to the values of a mask before it is held, by what they are."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -75,9 +79,10 @@ class Frame:
         Metres per count of an integer depth image (0.001: millimetres), 1e-9 to 1e3.
     mask_is : {"auto", "binary", "probability", "labels"}
         What the values of the mask are. "binary": any non-zero is cable. "labels": the same, and they are the instances
-        where none are given. "probability": as networks give it, of 8 or 16 bits, or in 0..1; it is held as uint8.
-        "auto": floating point is a probability, and so are 8 or 16 bits of many grey values, nearly all of which are
-        sure; at least two numbers, all up to 32, are labels; all else is binary.
+        where none are given; 255 beside numbers up to 32 is their border, and ground. "probability": as networks give
+        it, of 8 or 16 bits, or in 0..1; it is held as uint8. "auto": floating point is a probability, and so are 8 or
+        16 bits of many grey values, nearly all of which are sure; at least two numbers, all up to 32, are labels; all
+        else is binary.
     instances : numpy.ndarray, shape (H, W), integer, optional
         Label image of single objects, held as uint16: 0 is ground, any other number an object. Also a stack (N, H, W),
         a list of masks or of SAM's dictionaries, of which object k becomes k + 1 (see `instance_labels.as_labels`).
@@ -118,10 +123,10 @@ class Frame:
             mask = check_mask(self.mask, may_be_soft=True)
             if mask.dtype.kind == "f" and self.mask_is == "auto":
                 object.__setattr__(self, "mask_is", "probability")
-            known = as_probability(mask) if self.mask_is == "probability" else mask
+            known = _WAYS.get(self.mask_is, np.asarray)(mask)
             object.__setattr__(self, "mask", _read_only(known if known.dtype.kind != "f" else known != 0.0))
             if self.mask_is == "labels" and self.instances is None:
-                object.__setattr__(self, "instances", mask)
+                object.__setattr__(self, "instances", known)
         if self.depth is not None:
             object.__setattr__(self, "depth", _read_only(check_depth(self.depth)))
         if self.occluders is not None:

@@ -12,6 +12,7 @@ from dloftbs.data.run_lengths import decode
 from dloftbs.errors import InputError
 from dloftbs.support.array_likes import as_pixels, is_array_like
 from dloftbs.support.arrays import AnyArray, plane_of
+from dloftbs.support.mask_values import without_border
 from dloftbs.support.values import check_size, shown
 
 Labels = npt.NDArray[np.uint16]
@@ -48,9 +49,10 @@ def as_labels(given: object, size: Size | None = None) -> Labels:
     Parameters
     ----------
     given : label image, stack, sequence of masks or of dictionaries, or an object with `mask`
-        A label image (H, W) of integers keeps its numbers. In a stack (N, H, W), or a list of masks (H, W), of bool or
-        integers, any non-zero is the object. Dictionaries are SAM's: ``"segmentation"`` is a mask, or its run lengths
-        (see `run_lengths.decode`). An object is asked for its `mask`, a stack.
+        A label image (H, W) of integers keeps its numbers; 255 beside numbers up to 32 is a border, and ground. In a
+        stack (N, H, W), or a list of masks (H, W), of bool or integers, any non-zero is the object. Dictionaries are
+        SAM's: ``"segmentation"`` is a mask, or its run lengths (see `run_lengths.decode`). An object is asked for its
+        `mask`, a stack.
     size : (int, int), optional
         ``(H, W)`` of the frame.
 
@@ -80,7 +82,7 @@ def as_labels(given: object, size: Size | None = None) -> Labels:
     if array.ndim == 3 and array.shape[2] == 1:
         array = array[:, :, 0]
     if array.ndim == 2:
-        return _checked(array, size)
+        return without_border(_checked(array, size))
     if array.ndim != 3:
         raise InputError(f"instances must be {_SHAPES}, got {array.shape} of {array.dtype}")
     if array.shape[2] in (3, 4) and array.dtype == np.uint8:

@@ -37,7 +37,7 @@ from dloftbs.pipeline.space_curves import with_curves_in_space
 from dloftbs.segmentation import FrameSegmenter
 from dloftbs.skeleton import build_graph, skeletonize
 from dloftbs.support.arrays import AnyArray
-from dloftbs.support.mask_values import BORDER, as_probability, kind_of
+from dloftbs.support.mask_values import as_probability, kind_of, without_border
 
 
 @dataclass(frozen=True)
@@ -296,8 +296,7 @@ def _given(frame: Frame, segmenter: FrameSegmenter | None, config: Config, promp
     is_soft = kind == "probability"
     labels = frame.instances
     if labels is None and kind == "labels":
-        if not is_known:
-            mask = np.where(mask == BORDER, mask.dtype.type(0), mask)
+        mask = without_border(mask)
         labels = as_labels(mask)
     is_taken_for_soft = is_soft and not is_known and mask.dtype.kind != "f"
     return _Given(mask, as_probability(mask) if is_soft else None, labels, is_taken_for_soft)

@@ -62,6 +62,13 @@ def kind_of(mask: AnyArray) -> str:
     return "probability" if is_soft and float(counts[_BETWEEN].sum()) <= _MAX_BETWEEN * mask.size else "binary"
 
 
+def without_border(labels: AnyArray) -> AnyArray:
+    """Return labels (H, W) with 0 in place of `BORDER`, if all other numbers are small and there is one."""
+    is_border = labels == BORDER
+    others = np.where(is_border, labels.dtype.type(0), labels)
+    return others if is_border.any() and 0 < int(others.max()) <= _MAX_LABEL else labels
+
+
 def _are_two(values: npt.NDArray[np.uint8]) -> bool:
     """Return whether all that is not 0 is the same, which takes a tenth of the time that counting takes."""
     import cv2  # late: the types of the package load without it
