@@ -27,6 +27,20 @@ def save(folder: Path, *names: str, pixels: np.ndarray = COLOUR) -> None:
         assert cv2.imwrite(str(folder / name), pixels)
 
 
+def test_pictures_that_a_command_drew_beside_their_frames_are_none(tmp_path, log):
+    save(tmp_path, "0.png", "1.png", "0.overlay.png", "1.overlay.png", "1.stages.png", "7.overlay.png", "a.overlay.jpg")
+    for where in (tmp_path, tmp_path / "*.png"):
+        log.clear()
+        with sources.open(where) as source:
+            names = [frame.name for frame in source]
+        assert [name for name in names if not name.endswith("jpg")] == ["0.png", "1.png", "7.overlay.png"]
+        (record,) = log.records
+        assert record.getMessage() == (
+            f"{where}: left out 3 pictures that --overlay or --stages drew, such as 0.overlay.png; "
+            "name it alone to read it"
+        )
+
+
 @pytest.mark.parametrize(
     ("image", "label", "rule"),
     [

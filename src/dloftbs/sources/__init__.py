@@ -33,7 +33,7 @@ from dloftbs.sources.image_files import (
     list_files,
     without_scheme,
 )
-from dloftbs.sources.look_alikes import warn_of_labels
+from dloftbs.sources.look_alikes import warn_of_labels, without_drawn
 from dloftbs.sources.naming_rules import is_rule, without_partners
 from dloftbs.sources.object_files import ObjectFileSource, group_by_frame
 from dloftbs.sources.pairing import PairedSource, What, open_partner
@@ -335,7 +335,7 @@ def _open_folder(where: str, given: _Opening) -> Source:
     groups = None if of_objects is None else group_by_frame(where, of_objects, [*rules.values()])
     if of_objects is not None and groups is not None:
         return ObjectFileSource(groups, of_objects, where, camera=camera, fps=fps)
-    paths = list_files(where, IMAGE_EXTENSIONS)
+    paths = without_drawn(list_files(where, IMAGE_EXTENSIONS), where)
     for rule in rules.values():
         paths = without_partners(paths, rule)
     if not paths:

@@ -1,4 +1,7 @@
-"""Images and their label images in one folder, which are all frames unless a naming rule distinguishes them."""
+"""Files beside images that are named after them: label images, and pictures that a command drew.
+
+Label images are frames unless a naming rule distinguishes them.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from dloftbs.sources.source import logger
+from dloftbs.support.values import count_of
 
 _LABEL_NAME = re.compile(
     r"(?P<stem>.+?)(?P<ending>[_.-](?:masks?|labels?|segmentation|seg|(?:obj(?:ect)?|inst(?:ance)?)(?=[_.-]?[0-9]))"
@@ -14,8 +18,27 @@ _LABEL_NAME = re.compile(
     re.IGNORECASE,
 )
 """Endings of stems by which annotation tools and data sets name label images; a number is that of one object."""
+_DRAWN_NAME = re.compile(r"(.+)\.(?:overlay|stages)\.png")
+"""Names that commands give to pictures in a folder of inputs."""
 _PICTURES = (".jpg", ".jpeg")
 """Suffixes of photographs: nobody stores labels with losses."""
+
+
+def without_drawn(paths: Sequence[Path], where: str) -> list[Path]:
+    """Return all frames but the pictures that a command drew of others in their folder, which are reported.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+    where : str
+        Folder or pattern that they were found by, for the message.
+    """
+    stems = {(path.parent, path.stem) for path in paths}
+    drawn = [path for path in paths if (name := _DRAWN_NAME.fullmatch(path.name)) and (path.parent, name[1]) in stems]
+    if drawn:
+        what = f"{count_of(len(drawn), 'picture')} that --overlay or --stages drew, such as {drawn[0].name}"
+        logger.warning("%s: left out %s; name it alone to read it", where, what)
+    return [path for path in paths if path not in set(drawn)]
 
 
 def warn_of_labels(paths: Sequence[Path], where: str) -> None:
