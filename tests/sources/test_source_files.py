@@ -14,7 +14,7 @@ import pytest
 from dloftbs import sources
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sources.image_files import natural_key
+from dloftbs.sources.image_files import natural_key, sorted_by_name
 
 COLOUR = np.zeros((12, 16, 3), np.uint8)
 COLOUR[4:6, 2:14] = (10, 200, 30)
@@ -146,6 +146,16 @@ def test_natural_key():
         "a b/1.png",
         "x.png",
     ]
+
+
+def test_files_that_are_named_by_times_come_in_their_order(tmp_path):
+    stamps = [f"{round(1700000000.05 + k / 30, 4)}" for k in range(40)]
+    for stamp in stamps:
+        save(tmp_path / f"{stamp}.png", MASK)
+    with sources.open(tmp_path) as source:
+        assert [frame.name for frame in source] == [f"{stamp}.png" for stamp in stamps]
+    versions = [tmp_path / f"{name}.png" for name in ("12345678.9", "12345678.10")]  # too few digits for a time
+    assert sorted_by_name(versions) == versions
 
 
 def test_sequence_keeps_its_order(tmp_path):

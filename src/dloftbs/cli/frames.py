@@ -18,7 +18,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.frame_region import Region
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources import Source, naming_rules
-from dloftbs.sources.image_files import IMAGE_EXTENSIONS, natural_key
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, sorted_by_name
 from dloftbs.sources.look_alikes import warn_of_labels
 
 if TYPE_CHECKING:
@@ -175,4 +175,4 @@ def in_natural_order(where: Sequence[str], inputs: InputOptions) -> list[str]:
     for text in where:
         if Path(text).suffix.lower() not in IMAGE_EXTENSIONS:
             raise click.UsageError(f"several inputs of one stream must be image files; {text!r} is none")
-    return sorted(without_partners(where, inputs), key=lambda text: natural_key(Path(text)))
+    return [str(path) for path in sorted_by_name([Path(text) for text in without_partners(where, inputs)])]

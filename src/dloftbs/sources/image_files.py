@@ -8,6 +8,7 @@ import re
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
+from decimal import Decimal
 from pathlib import Path
 
 from dloftbs.camera import PinholeCamera
@@ -24,6 +25,7 @@ IMAGE_EXTENSIONS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", "
 _BEGIN_BYTES = 32
 """Bytes by which an image file is known."""
 
+_TIME = re.compile(r"[0-9]{9,}\.[0-9]+")
 _FILE_ADDRESS = re.compile(r"file:(?://(?:localhost)?)?(?P<path>/.*)", re.IGNORECASE | re.DOTALL)
 _SEPARATOR = f"[{re.escape(os.sep + (os.altsep or ''))}]"
 
@@ -139,6 +141,17 @@ def natural_key(path: Path) -> tuple[list[tuple[int, str]], str]:
     return [(int(part), "") if i % 2 else (0, part) for i, part in enumerate(parts)], path.as_posix()
 
 
+def sorted_by_name(paths: Sequence[Path]) -> list[Path]:
+    """Return files in natural order, those that are named by times in seconds in the order of the times.
+
+    Such stems have a point, and at least nine digits before it: 1700000000.5 comes after 1700000000.05.
+    """
+    times = [_TIME.fullmatch(path.stem) for path in paths]
+    if not all(times):
+        return sorted(paths, key=natural_key)
+    return sorted(paths, key=lambda path: (natural_key(path.parent), Decimal(path.stem), natural_key(path)))
+
+
 def is_glob(text: str) -> bool:
     """Return whether the text is a pattern, and not the name of a file that happens to hold brackets."""
     return glob.has_magic(text) and not os.path.exists(text)
@@ -169,7 +182,7 @@ def list_files(where: str, extensions: Sequence[str]) -> list[Path]:
     files = [p for p in found if p.suffix.lower() in extensions and not p.name.startswith(".") and _is_file(p)]
     if not files:
         raise SourceError(f"{what} no file that ends in {', '.join(extensions)}; found {len(found)} other entries")
-    return sorted(files, key=natural_key)
+    return sorted_by_name(files)
 
 
 def without_scheme(where: str) -> str:
