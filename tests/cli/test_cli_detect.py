@@ -113,6 +113,14 @@ def test_a_folder_is_read_in_its_natural_order_and_its_holes_count(tmp_path):
     assert "warning: skipped frame 1" in result.stderr
 
 
+def test_the_index_of_a_last_frame_that_cannot_be_read_is_not_used_again(tmp_path):
+    for folder in "ab":
+        save(tmp_path / folder / f"{folder}0.png", mask())
+    (tmp_path / "a" / "a1.png").write_bytes(b"no picture")
+    result = run("detect", tmp_path / "a", tmp_path / "b", code=1)
+    assert [(line["name"], line["index"]) for line in lines(result)] == [("a0.png", 0), ("b0.png", 2)]
+
+
 def test_images_do_not_know_of_each_other(tmp_path):
     for i in range(3):
         save(tmp_path / f"{i}.png", mask())

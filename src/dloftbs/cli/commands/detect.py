@@ -143,6 +143,7 @@ class _Batch:
         self._names = _names_in(where)
         self._failures: list[int] = []  # of each input; several threads can append
         self._lengths: list[int | None] = []  # of the inputs that were opened, in the same way
+        self._counts: dict[int, int] = {}  # of frames, skipped ones included, by the place of the input
 
     @property
     def failures(self) -> int:
@@ -166,26 +167,25 @@ class _Batch:
         first = 0
         from dloftbs.support.overlap import in_order
 
-        with closing(in_order(self._open, self._where, self._jobs)) as opened:
-            for where, frames in zip(self._where, opened, strict=True):
+        with closing(in_order(self._open, list(enumerate(self._where)), self._jobs)) as opened:
+            for place, (where, frames) in enumerate(zip(self._where, opened, strict=True)):
                 names = self._names.get(where, {})
-                last = first
                 try:
                     if isinstance(frames, Exception):
                         raise frames
                     for frame in frames:
-                        last = first + frame.index
-                        yield replace(frame, index=last, name=_name_among(names, frame.name))
+                        yield replace(frame, index=first + frame.index, name=_name_among(names, frame.name))
                 except (InputError, SourceError) as error:
                     report_error(error)
                     self._failures.append(1)
-                first = last + 1
+                first += max(self._counts.get(place, 0), 1)
 
-    def _open(self, where: str) -> Iterable[Frame] | Exception:
+    def _open(self, numbered: tuple[int, str]) -> Iterable[Frame] | Exception:
         """Return the frames of an input: an image is read at once, an animation and all else when its turn comes."""
         from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 
-        frames = self._frames(where)
+        place, where = numbered
+        frames = self._frames(place, where)
         if Path(where).suffix.lower() not in IMAGE_EXTENSIONS or not os.path.isfile(where):
             return frames
         try:
@@ -194,17 +194,21 @@ class _Batch:
         except (DloftbsError, Failure) as error:
             return error
 
-    def _frames(self, where: str) -> Iterator[Frame]:
+    def _frames(self, place: int, where: str) -> Iterator[Frame]:
         from dloftbs.cli.frames import UsableFrames
 
         segmented = self._config.segmentation.needs_image
         with self._inputs.open(where, segmented=segmented, jobs=self._jobs) as source:
             self._lengths.append(source.length)
             frames = UsableFrames(source, self._config, self._inputs, where)
+            count = 0
             try:
-                yield from frames
+                for frame in frames:
+                    count += 1
+                    yield frame
             finally:
                 self._failures.append(frames.skipped)
+                self._counts[place] = source.exact_length or count + frames.skipped
 
 
 def _names_in(where: Sequence[str]) -> dict[str, dict[str, str]]:
