@@ -19,6 +19,7 @@ def test_print_states_everything_and_reads_back():
 def test_later_options_override_earlier(tmp_path):
     file = tmp_path / "my.yaml"
     file.write_text("linking: {objects: 2, max_gap_widths: 7}\nsegmentation: {hsv: [{hue: [1, 2]}]}\n")
+    assert printed("--set", "segmentation.hsv=170:10") == printed("--hsv", "170:10")
     both = printed("--config", file, "--set", "linking.max_gap_widths=6", "--hsv", "170:10")
     assert both.linking.objects == 2
     assert both.linking.max_gap_widths == 6.0

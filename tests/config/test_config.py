@@ -279,3 +279,14 @@ def test_a_file_that_asks_for_too_much_is_refused(tmp_path, text, message):
 def test_a_file_of_text_is_said_to_hold_no_settings():
     with pytest.raises(ConfigError, match=r"holds text in place of settings, 'notes of today'; .*dloftbs config print"):
         Config.from_yaml("notes of today")
+
+
+@pytest.mark.parametrize("hsv", ["170:10", "[170:10, 40:55]"])
+def test_a_colour_of_one_hue_needs_no_quotes(hsv):
+    boxes = tuple(HsvRange.parse(text) for text in hsv.strip("[]").split(", "))
+    assert Config.from_yaml(f"segmentation:\n  hsv: {hsv}").segmentation.hsv == boxes
+
+
+def test_a_key_that_is_there_twice_is_refused():
+    with pytest.raises(ConfigError, match=r"the key 'objects' must stand once .* again \(line 3\)"):
+        Config.from_yaml("linking:\n  objects: 1\n  objects: 2\n")

@@ -54,7 +54,15 @@ def test_yaml_is_read_as_yaml_says() -> None:
     assert parse_yaml(text) == [{"a": [1, 16, 1.0, -0.0025, math.inf, None, True, "3", "2026-11-21"], "2": 3.0}]
     assert parse_yaml("a: !!opencv-matrix {rows: 3}\nb: !!str 1\n") == [{"a": {"rows": 3}, "b": "1"}]
     assert parse_yaml("1\n---\n[]\n...\n") == [1, []]
+    assert parse_yaml("{a: 170:10, b: [1:30.5, 40:55], c: 7}") == [{"a": "170:10", "b": ["1:30.5", "40:55"], "c": 7}]
     assert parse_yaml("") == []
+
+
+def test_a_key_stands_once_where_that_is_asked_for() -> None:
+    text = "a:\n  b: 1\nc:\n  b: 2\n  b: 3\n"
+    assert parse_yaml(text) == [{"a": {"b": 1}, "c": {"b": 3}}]
+    with pytest.raises(InputError, match=r"the key 'b' must stand once in its place, and is there again \(line 5\)"):
+        parse_yaml(text, once=True)
 
 
 def bomb(levels: int) -> str:

@@ -130,7 +130,7 @@ class Config(Section, frozen=True, kw_only=True):
         """
         require(isinstance(text, str), "text", "YAML text (a file is read by Config.from_file)", text)
         try:
-            documents = parse_yaml(text)
+            documents = parse_yaml(text, once=True)
         except InputError as error:
             raise ConfigError(f"cannot read the configuration: {error}") from error
         if len(documents) > 1:

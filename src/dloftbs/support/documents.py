@@ -130,11 +130,17 @@ def _check_json(value: Any) -> None:
             raise InputError(f"a number must have at most {MAX_DIGITS} digits")
 
 
-def parse_yaml(text: str) -> list[Any]:
+def parse_yaml(text: str, *, once: bool = False) -> list[Any]:
     """Return the documents that YAML holds, those of OpenCV's FileStorage among it, without empty ones.
 
-    They are made of dictionaries with text as keys, lists, numbers, text, booleans and None; dates are text. Aliases
-    are refused.
+    They are made of dictionaries with text as keys, lists, numbers, text, booleans and None; dates and numbers with
+    colons, ``170:10``, are text. Aliases are refused.
+
+    Parameters
+    ----------
+    text : str
+    once : bool
+        Refuse a key that a mapping has twice; otherwise the last one stands.
 
     Raises
     ------
@@ -147,7 +153,7 @@ def parse_yaml(text: str) -> list[Any]:
         text = text.partition("\n")[2]
     if sum(line.startswith("%") for line in text.splitlines()) > MAX_DIRECTIVES:
         raise InputError(f"at most {MAX_DIRECTIVES} lines may begin with %")
-    tree = _Tree()
+    tree = _Tree(once=once)
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
         for event in yaml.parse(text, Loader=loader):
@@ -169,8 +175,9 @@ def parse_yaml(text: str) -> list[Any]:
 class _Tree:
     """Values put in their places as the events of a parser come, without recursion."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, once: bool) -> None:
         self.documents: list[Any] = []
+        self._once = once
         self._open: list[Any] = []
         self._keys: list[str | None] = []
         self._count = 0
@@ -189,6 +196,8 @@ class _Tree:
             self._keys[-1] = None
         elif isinstance(value, (dict, list)):
             raise InputError(f"a key must be a word, not a list or a mapping{_at(event)}")
+        elif self._once and event.value in self._open[-1]:
+            raise InputError(f"the key {event.value!r} must stand once in its place, and is there again{_at(event)}")
         else:
             self._keys[-1] = event.value
 
@@ -221,6 +230,8 @@ def _scalar(event: Any) -> Any:
     tag = event.tag
     if tag in (None, "!"):
         tag = resolver.resolve(yaml.ScalarNode, text, event.implicit)
+        if ":" in text and tag in (f"{_TAG}int", f"{_TAG}float"):  # to base 60, as YAML 1.1 has it, and nobody means
+            return text
     if tag in (f"{_TAG}str", f"{_TAG}value", f"{_TAG}merge"):
         return text
     if tag not in ways:
