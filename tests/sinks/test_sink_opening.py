@@ -225,6 +225,20 @@ def test_a_full_disk_is_a_sink_error(tmp_path, name):
         write()
 
 
+@pytest.mark.parametrize("name", ["a.jsonl", "a.npz", "a.CSV", "a.json"])
+def test_a_link_stays_and_the_file_that_it_leads_to_is_replaced(tmp_path, name):
+    target = tmp_path / "results" / name
+    target.parent.mkdir()
+    target.write_text("older")
+    link = tmp_path / name
+    link.symlink_to(Path("results") / name)
+    with sinks.open(link) as sink:
+        sink.write(examples.frame(), examples.detected())
+    assert link.is_symlink()
+    assert target.read_bytes() == link.read_bytes() != b"older"
+    assert not list(tmp_path.rglob("*.tmp"))
+
+
 @pytest.mark.parametrize("name", [*FILES, "pictures", "a.labelme"])
 def test_closing_twice_is_closing_once_and_then_nothing_is_written(tmp_path, name):
     sink = sinks.open(tmp_path / name)

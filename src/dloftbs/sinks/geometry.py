@@ -107,7 +107,7 @@ class GeometrySink(PathSink):
         elif self._only is not None:
             with sink_errors(self._only.parent):
                 self._only.parent.mkdir(exist_ok=True)
-                os.replace(self._path, self._only)
+                os.replace(os.path.realpath(self._path), self._only)
             self._earlier.replaced_by(self._only.name)
             self._only = None
         self._earlier.replaced_by(target.name)

@@ -172,7 +172,8 @@ class AppendFile:
 def replacing(path: Path) -> Iterator[Path]:
     """Yield the name of a temporary file beside `path`, which takes its place when the block ends well.
 
-    The name is always the same, so that what a killed process leaves behind is reused and does not pile up.
+    The name is always the same, so that what a killed process leaves behind is reused and does not pile up. Of a link,
+    the file that it leads to is replaced.
 
     Raises
     ------
@@ -180,6 +181,7 @@ def replacing(path: Path) -> Iterator[Path]:
         If `path` leads to a pipe, a socket or a device.
     """
     _check_replaceable(path)
+    path = Path(os.path.realpath(path))
     temporary = hidden_beside(path, ".tmp")
     try:
         yield temporary
@@ -218,7 +220,7 @@ def check_writable(path: Path) -> None:
         if path.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
         _check_replaceable(path)
-        temporary = hidden_beside(path, ".tmp")
+        temporary = hidden_beside(Path(os.path.realpath(path)), ".tmp")
         try:
             with temporary.open("wb"):
                 pass
