@@ -69,6 +69,13 @@ def test_reasons_are_counted_by_kind_and_their_number_is_bounded():
     assert "nothing found in 400 frames:" in report.summary()
 
 
+def test_strange_input_is_counted():
+    report = RunReport()
+    for share in (61, 64):
+        report.add(replace(result(), diagnosis=(f"{share} % of the mask is set",)))
+    assert "strange input 2 times:\n       2  61 to 64 % of the mask is set" in report.summary()
+
+
 def test_a_reason_keeps_its_numbers():
     report = RunReport()
     for _ in range(3):

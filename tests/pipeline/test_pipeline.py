@@ -13,7 +13,7 @@ from hypothesis import given
 from scipy.spatial import cKDTree
 
 import dloftbs
-from dloftbs import Config, Frame, HsvRange, InputError, Pipeline
+from dloftbs import Config, Frame, FrameResult, HsvRange, InputError, Pipeline, detect
 from dloftbs.config import SegmentationConfig
 
 PAPER = Config.paper()
@@ -287,10 +287,20 @@ class TestStream:
         for frame in (frames[0], frames[0]):
             pipeline.process(frame)
         assert not caplog.records
-        for frame in frames[1:3]:
-            pipeline.process(frame)
+        found = [pipeline.process(frame) for frame in frames[1:3]]
         (record,) = caplog.records
         assert "frame 1 differs from the one before it and has the same stamp, 0.5 s" in record.getMessage()
+        assert found[0].diagnosis == (record.getMessage(),)
+        assert found[1].diagnosis[0].startswith("frame 2 differs")
+        assert pipeline.process(replace(frames[3], stamp=0.6)).diagnosis == ()
+
+    def test_a_mask_that_is_mostly_set_is_said_in_each_result(self) -> None:
+        mask = np.ones(SIZE, np.uint8)
+        mask[::4] = 0
+        for result in (Pipeline().process(mask), Pipeline(roi=(0, 0, *SIZE[::-1])).process(mask), detect(mask)):
+            assert [text[:28] for text in result.diagnosis] == ["75 % of the mask is set: inv"]
+            assert FrameResult.from_dict(result.to_dict()).diagnosis == result.diagnosis
+        assert "diagnosis" not in detect(np.zeros(SIZE, np.uint8)).to_dict()
 
     @staticmethod
     def frames() -> list[Frame]:

@@ -48,7 +48,9 @@ def test_the_unit_that_fits_is_named_once(
     pipeline, given = Pipeline(), frame(metres, unit_m, **changes)
     with caplog.at_level(logging.WARNING, "dloftbs"):
         for _ in range(3):
-            assert pipeline.process(given).detections[0].curve_3d is not None
+            result = pipeline.process(given)
+            assert result.detections[0].curve_3d is not None
+            assert result.diagnosis == tuple(caplog.messages)
     assert len(caplog.messages) == (said is not None)
     if said is not None:
         assert said in caplog.messages[0]

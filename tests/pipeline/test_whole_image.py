@@ -48,7 +48,7 @@ STAYS = {
     BranchPoint: {"members", "confidence", "position_3d", "id"},
     Harness: {"branches", "index", "id"},
     StageTrace: set(),
-    FrameResult: {"reason", "stage_ms", "index", "stamp", "name"},
+    FrameResult: {"reason", "stage_ms", "index", "stamp", "name", "diagnosis"},
 }
 
 

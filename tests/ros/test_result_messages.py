@@ -199,6 +199,12 @@ def test_diagnostics_warn_with_the_reason():
     assert (status.level, status.message, values["linking ms"], values["tracks"]) == (0, "1 tracks", "0.500", "1")
 
 
+def test_diagnostics_warn_of_strange_input():
+    result = result_of(track_of(), diagnosis=("60 % of the mask is set",))
+    (status,) = sent(diagnostics_message(bags.MAKE2, header(), result)).status
+    assert (status.level, status.message) == (1, "1 tracks; 60 % of the mask is set")
+
+
 def test_diagnostics_warn_of_tight_bends():
     result = result_of(track_of())
     radius = result.tracks[0].tightest_bend_3d()[1]

@@ -38,6 +38,7 @@ class RunReport:
         self.stages: dict[str, LatencyHistogram] = {}
         self.reasons = Reasons()
         self.reasons_3d = Reasons()
+        self.doubts = Reasons()
         self.steadiness = Steadiness(objects)
         self.masks: MaskSamples | None = None
         self._tracked = tracked
@@ -60,6 +61,8 @@ class RunReport:
         self.steadiness.add(result.tracks, len(result))
         if result.reason is not None:
             self.reasons.add(result.reason)
+        for doubt in result.diagnosis:
+            self.doubts.add(doubt)
         for detection in result:
             if detection.no_3d_reason not in (None, NO_DEPTH):
                 self.reasons_3d.add(str(detection.no_3d_reason))
@@ -117,6 +120,8 @@ class RunReport:
             lines += [f"nothing found in {self.reasons.total} frames:", *self.reasons.lines()]
         if self.reasons_3d.total:
             lines += [f"no curve in space {self.reasons_3d.total} times:", *self.reasons_3d.lines()]
+        if self.doubts.total:
+            lines += [f"strange input {self.doubts.total} times:", *self.doubts.lines()]
         lines += [f"warning: {warning}" for warning in self.warnings()]
         return "\n".join(lines)
 

@@ -68,6 +68,9 @@ class FrameResult:
         Where three or more ends of detections meet; none unless objects may branch (`LinkingConfig.branched`).
     harnesses : tuple of Harness
         Detections by the objects that they are branches of, each in one; none unless objects may branch.
+    diagnosis : tuple of str
+        What is strange about the input, and what to do about it: a mask that is mostly set, a unit of depth in which
+        cables have no plausible thickness, a stamp that two different frames share.
 
     Raises
     ------
@@ -89,6 +92,7 @@ class FrameResult:
     roi: Roi | None = None
     branch_points: tuple[BranchPoint, ...] = ()
     harnesses: tuple[Harness, ...] = ()
+    diagnosis: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         set_fields(
@@ -106,6 +110,7 @@ class FrameResult:
             roi=None if self.roi is None else read_roi(self.roi),
             branch_points=check_all("branch_points", self.branch_points, BranchPoint),
             harnesses=check_all("harnesses", self.harnesses, Harness),
+            diagnosis=check_all("diagnosis", self.diagnosis, str),
         )
         if self.frame is not None:
             check_type("frame", self.frame, Frame)
@@ -127,6 +132,7 @@ class FrameResult:
         roi: Roi | None = None,
         branch_points: tuple[BranchPoint, ...] = (),
         harnesses: tuple[Harness, ...] = (),
+        diagnosis: tuple[str, ...] = (),
     ) -> FrameResult:
         """Make what the constructor makes, faster."""
         result = cls.__new__(cls)
@@ -145,6 +151,7 @@ class FrameResult:
             roi=roi,
             branch_points=branch_points,
             harnesses=harnesses,
+            diagnosis=diagnosis,
         )
         return result
 
@@ -202,6 +209,7 @@ class FrameResult:
             "tracks": [self._track(track) for track in self.tracks],
             "stage_ms": dict(self.stage_ms),
             **({"harnesses": [harness.to_dict() for harness in self.harnesses]} if self.harnesses else {}),
+            **({"diagnosis": list(self.diagnosis)} if self.diagnosis else {}),
         }
 
     @classmethod
@@ -238,6 +246,7 @@ class FrameResult:
             roi=roi,
             branch_points=tuple([point for harness in harnesses for point in harness.branch_points]),
             harnesses=harnesses,
+            diagnosis=tuple(list_of("diagnosis", data.get("diagnosis", ()))),
         )
 
     def _track(self, track: Track) -> dict[str, Any]:

@@ -71,6 +71,7 @@ class PipelineGroup:
             crossings,
             dropped,
             roi=first.roi,
+            diagnosis=tuple(dict.fromkeys(one for result in results for one in result.diagnosis)),
         )
 
     def reset(self) -> None:

@@ -127,6 +127,7 @@ class Pipeline:
         self._grid: tuple[AnyArray, ...] = ()  # some pixels of the last frame that was no repetition
         self._doubted_stamp = False
         self._has_unit = False  # of depth, as a frame was asked that has a curve in space
+        self._unit_doubt: str | None = None  # what that frame says of it
         self._depth_from: tuple[PinholeCamera | None, float] | None = None  # and its unit
         self._mask: AnyArray | None = None
         self._masked: Region | None = None  # region that the mask is of
@@ -179,8 +180,9 @@ class Pipeline:
         frame = whole if region is None else region.crop(whole)
         self._next_index = frame.index + 1
         if self._size == whole.size and self._last is not None and is_same_time(frame.stamp, self._last.stamp):
-            self._check_repetition(frame)
-            return replace(self._last, index=whole.index, name=whole.name)  # a repetition, which changes nothing
+            told = self._last.diagnosis + self._doubt_repetition(frame)
+            # A repetition, which changes nothing.
+            return replace(self._last, index=whole.index, name=whole.name, diagnosis=told)
         self._grid = _grid_of(frame)
         preparation.prepare((*kernel_rooms(self._config, frame), "evidence.kernels.occlusion_pixels", "tracking"))
         since = perf_counter()
@@ -192,7 +194,7 @@ class Pipeline:
         if (whole.camera, whole.depth_unit_m) != self._depth_from:
             self._depth_from = whole.camera, whole.depth_unit_m
             self._depth_edges.reset()
-            self._has_unit = False
+            self._has_unit, self._unit_doubt = False, None
         self._stamp = self._stamp if frame.stamp is None else frame.stamp
         prompt = None
         if self._segmenter is not None and self._segmenter.takes_prompt and frame.mask is None:
@@ -202,7 +204,8 @@ class Pipeline:
         self._mask, self._masked = run.mask, region
         self._prompt_again = prompt if run.has_failed else None
         self._doubted = self._doubted or _warned(run, frame)  # once in a stream
-        self._has_unit = self._has_unit or _checked_unit(run, frame)
+        if not self._has_unit:
+            self._has_unit, self._unit_doubt = _checked_unit(run, frame)
         since = perf_counter()
         inside, outline = (None, None) if region is None else (region.inside, region.outline)
         seen = None if run.has_failed else run.mask
@@ -220,7 +223,7 @@ class Pipeline:
             known = known_share((*tracks, *self._tracker.lost), frame.size) / (1.0 if region is None else region.share)
             self._gate.accept(run.share, frame.stamp, shows_tracks=shows_tracks, known=known)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
-        result = _result(frame, run, tracks)
+        result = _result(frame, run, tracks, self._unit_doubt)
         if result.harnesses:
             named = self._harness_ids.update(result.harnesses, tracks, self._tracker._held_ids)
             points = tuple([point for harness in named for point in harness.branch_points])
@@ -252,8 +255,7 @@ class Pipeline:
         whole = self._as_frame(frame)
         frame, region, run = self._run_alone(whole)
         _warned(run, frame)
-        _checked_unit(run, frame)
-        result = _result(frame, run, (), kept=frame)
+        result = _result(frame, run, (), _checked_unit(run, frame)[1], kept=frame)
         if region is None:
             return result, run.mask
         return WholeImage(region, whole).result(result), region.paste(run.mask)
@@ -261,6 +263,7 @@ class Pipeline:
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
         self._doubted = self._doubted_stamp = self._has_unit = False
+        self._unit_doubt = None
         self._size = self._stamp = None
         self._tracker.reset()
         self._reset_scene()
@@ -300,18 +303,19 @@ class Pipeline:
         with preparation.compiling_ahead(kernel_rooms(self._config, frame)):
             return frame, region, run_stages(frame, self._config, segmenter, region=region)
 
-    def _check_repetition(self, frame: Frame) -> None:
-        """Warn, once in a stream, of a frame that has the stamp of the last one and other pixels."""
-        if self._doubted_stamp or all(map(np.array_equal, self._grid, _grid_of(frame))):
-            return
-        self._doubted_stamp = True
-        _log.warning(
-            "frame %d differs from the one before it and has the same stamp, %.17g s; such frames are taken for "
-            "repetitions and get the result before them: give stamps in float64 that are not rounded, or the rate "
-            "(fps, --fps)",
-            frame.index,
-            frame.stamp,
+    def _doubt_repetition(self, frame: Frame) -> tuple[str, ...]:
+        """Return what is strange about a frame with the stamp of the last one; warn of it, once in a stream."""
+        if all(map(np.array_equal, self._grid, _grid_of(frame))):
+            return ()
+        doubt = (
+            f"frame {frame.index} differs from the one before it and has the same stamp, {frame.stamp:.17g} s; such "
+            "frames are taken for repetitions and get the result before them: give stamps in float64 that are not "
+            "rounded, or the rate (fps, --fps)"
         )
+        if not self._doubted_stamp:
+            self._doubted_stamp = True
+            _log.warning("%s", doubt)
+        return (doubt,)
 
     def _region_in(self, frame: Frame) -> Region | None:
         """Return the region of interest in frames of a size; None reads all of them."""
@@ -359,17 +363,23 @@ def _warned(run: StageRun, frame: Frame) -> bool:
     return doubt is not None or run.is_taken_for_soft
 
 
-def _checked_unit(run: StageRun, frame: Frame) -> bool:
-    """Warn if the unit of depth makes cables of no plausible thickness; return False if no curve in space shows it."""
+def _checked_unit(run: StageRun, frame: Frame) -> tuple[bool, str | None]:
+    """Return whether a curve in space shows the unit of depth, and why it is hardly right, and warn if it is not."""
     if not any(detection.curve_3d is not None for detection in run.detections):
-        return False
+        return False, None
     doubt = doubt_unit(run.detections, frame)
     if doubt is not None:
         _log.warning("%s%s", f"{frame.name}: " if frame.name else "", doubt)
-    return True
+    return True, doubt
 
 
-def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:
+def _result(
+    frame: Frame,
+    run: StageRun,
+    tracks: tuple[Track, ...],
+    unit_doubt: str | None = None,
+    kept: Frame | None = None,
+) -> FrameResult:
     branch_points, harnesses = find_harnesses(run.detections) if run.is_branched else ((), ())
     return FrameResult._unchecked(
         run.detections,
@@ -385,6 +395,7 @@ def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame 
         kept,
         branch_points=branch_points,
         harnesses=harnesses,
+        diagnosis=tuple([doubt for doubt in (doubt_mask(run.share), unit_doubt) if doubt is not None]),
     )
 
 

@@ -61,6 +61,7 @@ class WholeImage:
             self.region.roi,
             tuple([point for one in harnesses for point in one.branch_points]),
             harnesses,
+            found.diagnosis,
         )
 
     def trace(self, made: StageTrace) -> StageTrace:

@@ -292,7 +292,9 @@ def answers_message(make: MessageFactory, result: FrameResult, kinds: Sequence[s
 def diagnostics_message(
     make: MessageFactory, header: Any, result: FrameResult, name: str = "dloftbs", limit: BendLimit | None = None
 ) -> Any:
-    """Return a ``diagnostic_msgs/DiagnosticArray``: a warning where nothing was found, or a cable bends too much.
+    """Return a ``diagnostic_msgs/DiagnosticArray``.
+
+    It is a warning where nothing was found, a cable bends too much, or the input is strange (`FrameResult.diagnosis`).
 
     Parameters
     ----------
@@ -325,9 +327,9 @@ def diagnostics_message(
     found = readable(result.reason) if result.reason else f"{len(result.tracks)} tracks"
     status = make(
         "diagnostic_msgs/msg/DiagnosticStatus",
-        level=_OK if result.reason is None and not bends else _WARN,
+        level=_OK if result.reason is None and not bends and not result.diagnosis else _WARN,
         name=name,
-        message="; ".join((found, *bends)),
+        message="; ".join((found, *bends, *map(readable, result.diagnosis))),
         values=[make("diagnostic_msgs/msg/KeyValue", key=key, value=value) for key, value in values.items()],
     )
     return make("diagnostic_msgs/msg/DiagnosticArray", header=header, status=[status])
