@@ -78,6 +78,18 @@ def test_steady_light_changes_nothing():
     assert segmenter.light.tolist() == [1.0, 1.0, 1.0]
 
 
+def test_without_tracks_the_light_goes_back_to_that_of_the_strokes_and_cables_are_found_again():
+    image, true = grey(1.0)
+    segmenter = StrokeSegmenter(ColourModel.fit(image, STROKES))
+    for factor in np.geomspace(1.0, 0.6, 60):
+        segmenter(grey(factor)[0], prompt_on(true))
+    assert iou(segmenter(image, Prompt()), true) < 0.5  # the light is back at once
+    for _ in range(25):
+        mask = segmenter(image, Prompt())
+    assert segmenter.light.tolist() == [1.0, 1.0, 1.0]
+    assert iou(mask, true) > 0.85
+
+
 def test_light_is_followed_within_bounds_and_their_end_is_said_once(caplog):
     image, true = grey(1.0)
     segmenter = StrokeSegmenter(ColourModel.fit(image, STROKES))

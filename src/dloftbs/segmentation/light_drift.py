@@ -35,6 +35,8 @@ class LightDrift:
     """Follows the light along lightness and two tints, a step a frame at most, within bounds.
 
     A step is made where the colours at the points of tracks, and beside them, are likelier cable and ground with it.
+    Without tracks nothing confirms the light, and it goes back to that of the strokes, a step a frame along each axis:
+    a wrong light would hide the cables, and so itself, for ever.
 
     Parameters
     ----------
@@ -58,7 +60,9 @@ class LightDrift:
         return np.asarray(np.exp((_STEP * self._steps) @ log_colours.AXES)[::-1])
 
     def update(self, image: npt.NDArray[np.uint8], prompt: Prompt) -> None:
-        """Take a step where the colours at a prompt's points ask for one."""
+        """Take a step where the colours at a prompt's points ask for one; without points, a step back."""
+        if not len(prompt.points):
+            self._steps -= np.sign(self._steps)
         if not len(prompt.points) or not len(prompt.negative):
             return
         places = np.rint(np.concatenate((prompt.points, prompt.negative))).astype(np.intp)
