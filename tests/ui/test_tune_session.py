@@ -309,6 +309,19 @@ def test_masks_have_nothing_to_tune():
         assert "masks already" in client.text("error")["message"]
 
 
+@pytest.mark.parametrize(("kind", "scale"), [(np.float32, 1.0), (np.uint8, 255.0)])
+def test_of_a_probability_one_half_and_more_is_shown_and_doubted(kind, scale):
+    class SoftSource(CableSource):
+        def frame(self, index):
+            probability = np.where(cable_mask(0.0), 0.97, 0.02)  # as networks give it: nowhere 0
+            return Frame(mask=(scale * probability).astype(kind), index=index, mask_is="probability")
+
+    with tuning(SoftSource(3)) as (client, _):
+        header, parts = client.picture()
+        assert np.array_equal(mask_of(parts), cable_mask(0.0))
+        assert (header["doubt"], len(header["curves"])) == (None, 1)
+
+
 def test_messages_of_the_other_page_are_refused():
     with tuning() as (client, _):
         client.send(type="pause", paused=True)

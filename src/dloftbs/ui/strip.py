@@ -9,6 +9,7 @@ from time import monotonic
 
 from dloftbs.errors import DloftbsError
 from dloftbs.pipeline import Pipeline
+from dloftbs.pipeline.soft_mask import plain_mask
 from dloftbs.pipeline.steadiness import Steadiness
 from dloftbs.ui.advice import doubt, mend_in_strip, set_cables
 from dloftbs.ui.frame_store import FrameStore
@@ -114,9 +115,9 @@ class Strip:
                 self.idle.wait()
                 if self._interrupted():
                     return
-                mask = segment(frame)
-                doubted = doubted or doubt(mask, frame.name, document.roi)
-                result = pipeline.process(replace(frame, mask=mask))
+                masked = replace(frame, mask=segment(frame))
+                doubted = doubted or doubt(plain_mask(masked, pipeline.config), frame.name, document.roi)
+                result = pipeline.process(masked)
                 steadiness.add(result.tracks, len(result))
                 last = frame.index
                 counts.objects.append((frame.index, len(result)))

@@ -18,6 +18,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import DloftbsError, InputError
 from dloftbs.pipeline import Pipeline
+from dloftbs.pipeline.soft_mask import plain_mask
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.safe_files import write_whole
 from dloftbs.support.text import readable
@@ -355,10 +356,8 @@ class TuneSession:
         frame = self._store.frame(index)
         self._store.keep(frame)
         mask, is_suggested = self._mask(document, frame, is_draft=is_draft)
-        read = replace(frame, mask=mask)
-        result = self._detector(document).detect(read)
-        is_cable = read.is_cable
-        assert is_cable is not None  # it has a mask
+        detector, masked = self._detector(document), replace(frame, mask=mask)
+        result, plain = detector.detect(masked), plain_mask(masked, detector.config)
         header = {
             **describe(result),
             "index": frame.index,
@@ -366,9 +365,9 @@ class TuneSession:
             "has_depth": frame.depth is not None,
             "suggested": is_suggested,
             "offered": is_suggested and self._guesses.get((frame.index, document), False),
-            "doubt": None if is_suggested else doubt(is_cable, roi=document.roi),
+            "doubt": None if is_suggested else doubt(plain, roi=document.roi),
         }
-        parts = {"mask": encode_runs(is_cable)}
+        parts = {"mask": encode_runs(plain)}
         if frame.index != image:
             parts["image"] = encode_jpeg(as_picture(frame, Style()))
         return frame, header, parts

@@ -63,7 +63,7 @@ def encode_jpeg(image: npt.NDArray[np.uint8]) -> bytes:
 
 
 def encode_runs(mask: AnyArray) -> bytes:
-    """Return a mask (H, W) as the lengths of its runs, row after row, of ground and cable in turn, uint32.
+    """Return a plain mask (H, W) as the lengths of its runs, row after row, of ground and cable in turn, uint32.
 
     The first run is ground; it is 0 long where the mask begins with cable.
     """
