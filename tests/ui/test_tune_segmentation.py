@@ -6,6 +6,7 @@ from ui.page_client import SIZE, CableSource
 
 import dloftbs
 from dloftbs.config import HsvRange, NetworkConfig, PlaneConfig, SegmentationConfig
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs.ui.tune_document import DrawnStroke, TuneDocument
 from dloftbs.ui.tune_segmentation import Translator, strokes_along
@@ -118,6 +119,17 @@ def test_parts_beside_the_image_are_left_out():
     (picture,) = translator().section_of(TuneDocument(strokes=(outside,))).colour.pictures
     assert picture.cable == ("90,60", "110,60")
     assert translator().section_of(TuneDocument(strokes=(DrawnStroke(2, ((-5.0, 0.0),), True, 2.0),))).colour is None
+
+
+def test_a_stroke_to_the_last_pixel_of_a_large_frame_is_drafted():
+    image = np.full((1080, 1920, 3), 100, np.uint8)
+    image[493:508] = (40, 30, 200)
+    large = Frame(image=image)
+    there = Translator("large", lambda index: large, SegmentationConfig())
+    stroke = DrawnStroke(0, ((1500.0, 500.0), (1919.0, 500.0)), True, 4.0)
+    mask = there.draft_of(TuneDocument(strokes=(stroke,)))(large)
+    assert mask[495:506].all()
+    assert not mask[:490].any()
 
 
 def test_a_document_that_says_nothing_makes_no_mask():

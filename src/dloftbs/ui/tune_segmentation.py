@@ -143,12 +143,12 @@ class Translator:
             return self._drafts[strokes]
         frame, image, inside = self._drawn_on(strokes)
         small = _reduced(image)
-        scale = small.shape[1] / image.shape[1]
+        across, down = small.shape[1] / image.shape[1], small.shape[0] / image.shape[0]
         reduced = [
             msgspec.structs.replace(
                 stroke,
-                points=tuple((scale * x, scale * y) for x, y in stroke.points),
-                radius_px=max(0.5, scale * stroke.radius_px),
+                points=tuple(((x + 0.5) * across - 0.5, (y + 0.5) * down - 0.5) for x, y in stroke.points),
+                radius_px=max(0.5, across * stroke.radius_px),
             )
             for stroke in inside
         ]
