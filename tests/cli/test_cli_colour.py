@@ -74,6 +74,16 @@ def test_a_second_picture_adds_to_what_was_learned(picture, tmp_path):
     assert "then dloftbs detect photo.png other.png --config cable.yaml --overlay overlays" in both.stderr
 
 
+def test_settings_of_a_colour_that_was_learned_before_stay(picture, tmp_path):
+    run("colour", picture, "--at", ALONG, "--out", "one.yaml", "--accept-strokes")
+    text = (tmp_path / "one.yaml").read_text()
+    (tmp_path / "two.yaml").write_text(text.replace("follow_light: true", "follow_light: false"))
+    colour = Config.from_yaml(
+        run("colour", picture, "--not", "10,10", "--config", "two.yaml").stdout
+    ).segmentation.colour
+    assert (len(colour.pictures), colour.accept_strokes, colour.follow_light) == (2, True, False)
+
+
 def test_a_recording_with_several_topics_of_images_is_read_by_the_one_that_is_named(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     grey = [("/other/image_raw", bags.stamp_of(i), bags.raw_image(bags.photo_of(i) // 4, "bgr8")) for i in range(2)]

@@ -140,8 +140,9 @@ def test_tune_saves_to_the_file_that_was_named_and_names_the_next_command(folder
 
 def test_options_change_what_a_file_that_is_there_says(folder, tmp_path):
     target = tmp_path / "cable.yaml"
-    target.write_text("cleaning: {open_px: 5}\nlinking: {objects: 2}\n")
-    options = ("--set", "cleaning.close_px=7", "--objects", 1)
+    target.write_text("cleaning: {open_px: 5, thin_px: 9}\nlinking: {objects: 2}\n")
+    as_usual = Config().cleaning.thin_px
+    options = ("--set", "cleaning.close_px=7", "--set", f"cleaning.thin_px={as_usual}", "--objects", 1)
     process = start("tune", folder, "--out", target, *options, "--port", 0, "--no-browser")
     client, _ = opened(process)
     try:
@@ -154,6 +155,7 @@ def test_options_change_what_a_file_that_is_there_says(folder, tmp_path):
         process.communicate(timeout=20)
     saved = Config.from_file(target)
     assert (saved.cleaning.open_px, saved.cleaning.close_px, saved.linking.objects) == (5, 7, 1)
+    assert saved.cleaning.thin_px == as_usual
 
 
 def test_a_named_colour_replaces_the_strokes_of_a_file_that_is_there(folder, tmp_path):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,11 +52,17 @@ roi_option = click.option(
 )
 
 
-def config_options(command: Command) -> Command:
+def config_options(command: Command, *, beneath: str = "") -> Command:
     """Add the options that choose the configuration; the command gets the `Config` as `config`.
 
     What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv``, ``--local``, ``--background``, ``--objects``,
     ``--min-confidence``, ``--mask-is``, ``--roi`` overrides what comes before.
+
+    Parameters
+    ----------
+    command : callable
+    beneath : str
+        Argument of the command that names a file; if there is such a file, it is read before that of ``--config``.
     """
 
     @click.option(
@@ -158,18 +165,21 @@ def config_options(command: Command) -> Command:
             "region.roi": roi,
         }
         changes = {**changes, **{key: value for key, value in given.items() if value is not None}}
-        command(*args, config=read_config(paper, config_file, changes, hsv), **kwargs)
+        existing = kwargs.get(beneath)
+        files = [Path(existing)] if existing is not None and os.path.exists(existing) else []
+        files += [] if config_file is None else [config_file]
+        command(*args, config=read_config(paper, files, changes, hsv), **kwargs)
 
     return with_config
 
 
-def read_config(paper: bool, file: Path | None, changes: dict[str, Any], hsv: tuple[HsvRange, ...]) -> Config:
-    """Return the configuration that the options ask for, the later ones overriding the earlier.
+def read_config(paper: bool, files: Sequence[Path], changes: dict[str, Any], hsv: tuple[HsvRange, ...]) -> Config:
+    """Return the configuration that files and options ask for, the later ones overriding the earlier.
 
     Raises
     ------
     ConfigError
-        If the file cannot be read, or a key or a value is wrong.
+        If a file cannot be read, or a key or a value is wrong.
     click.UsageError
         As `stated_in`.
     """
@@ -177,10 +187,10 @@ def read_config(paper: bool, file: Path | None, changes: dict[str, Any], hsv: tu
 
     from dloftbs.config import Config
 
-    stated = {} if file is None else stated_in(file, paper=paper)
+    stated = [*(stated_in(file, paper=paper) for file in files), changes]
     # The published method has a form of its own for one cable: without a threshold, unless one is stated, too.
-    one = {**stated, **changes}.get("linking.objects") == 1
-    config = (Config.paper(objects=1 if one else None) if paper else Config()).replace(stated).replace(changes)
+    one = {key: value for given in stated for key, value in given.items()}.get("linking.objects") == 1
+    config = functools.reduce(Config.replace, stated, Config.paper(objects=1 if one else None) if paper else Config())
     return msgspec.structs.replace(config, segmentation=config.segmentation.with_hsv(hsv)) if hsv else config
 
 

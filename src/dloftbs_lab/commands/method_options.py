@@ -58,7 +58,7 @@ class MethodSettings:
             As `stated_in`.
         """
         stated = {} if self.config_file is None else stated_in(self.config_file, paper=paper)
-        return read_config(paper, base, {**stated, **self.changes}, self.hsv)
+        return read_config(paper, [] if base is None else [base], {**stated, **self.changes}, self.hsv)
 
 
 def method_options(command: Command) -> Command:

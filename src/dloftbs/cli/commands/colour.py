@@ -141,7 +141,6 @@ def colour(
 
     check_places(where, config_file, out, overlay)
     stated, before = stated_settings(config_file)
-    accepted = accept_strokes or (before is not None and before.accept_strokes)
     pictures = () if before is None else before.pictures
     strokes = _strokes(cable, ground, radius, len(where))
     if not pictures and not any(stroke.cable for given in strokes for stroke in given):
@@ -155,7 +154,10 @@ def colour(
         stated = {**stated, "region": {"roi": msgspec.to_builtins(roi)}}
     kept = Config.from_dict(stated).region.roi
     roi = None if kept is None else read_roi(kept)
-    learned = ColourConfig(pictures=(*pictures, *ColourModel.pictures_of(drawn_on, roi)), accept_strokes=accepted)
+    pictures = (*pictures, *ColourModel.pictures_of(drawn_on, roi))
+    learned = ColourConfig(pictures=pictures) if before is None else msgspec.structs.replace(before, pictures=pictures)
+    if accept_strokes:
+        learned = msgspec.structs.replace(learned, accept_strokes=True)
     settings = {**stated, "segmentation": {**stated.get("segmentation", {}), "colour": msgspec.to_builtins(learned)}}
     Config.from_dict(settings)  # before it is written
     text = f"{SIGNATURE}\n{msgspec.yaml.encode(settings).decode()}"

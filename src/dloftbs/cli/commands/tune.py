@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import functools
 import shlex
 from pathlib import Path
 from time import sleep
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     "Default: the file of --config.",
 )
 @input_options
-@config_options
+@functools.partial(config_options, beneath="out")
 @page_options
 @click.pass_context
 def tune(
@@ -63,18 +63,11 @@ def tune(
     dloftbs track cable.mp4 --config cable.yaml --overlay overlay.mp4
     """
     require_page()
-    from msgspec.structs import replace
-
     from dloftbs.cli.frames import in_natural_order
-    from dloftbs.config import Config
     from dloftbs.ui.frame_store import FrameStore
     from dloftbs.ui.tune_session import TuneSession
 
     target = Path(out) if out is not None else context.params.get("config_file")
-    if out is not None and os.path.exists(out):
-        config = Config.from_file(out).replace(_stated(config))  # which replaces no file that is not one
-        if context.params["hsv"]:
-            config = replace(config, segmentation=config.segmentation.with_hsv(context.params["hsv"]))
     source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs), segmented=True)
     config_file = shlex.quote("cable.yaml" if target is None else str(target))
     verb, overlay = ("detect", "overlay.png") if source.length == 1 else ("track", "overlay.mp4")
@@ -84,16 +77,3 @@ def tune(
     with served(session, page), interrupted() as stop:
         while not stop():
             sleep(LOOK_EVERY_S)
-
-
-def _stated(config: Config) -> dict[str, object]:
-    """Return the settings that are not as usual, by their dotted paths."""
-    from dloftbs.config import Config
-
-    usual = Config().to_dict()
-    return {
-        f"{section}.{name}": value
-        for section, values in config.to_dict().items()
-        for name, value in values.items()
-        if value != usual[section].get(name)
-    }
