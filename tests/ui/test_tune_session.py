@@ -468,6 +468,27 @@ def test_a_deleted_object_is_drawn_on_as_no_cable_and_undo_brings_it_back():
         assert "no object at this place" in client.text("error")["message"]
 
 
+@pytest.mark.parametrize(
+    "section", [SegmentationConfig(local="brighter"), SegmentationConfig(hsv=(HsvRange.parse("5:20,80:255,60:255"),))]
+)
+def test_strokes_on_the_ground_alone_are_refused_where_something_else_makes_the_mask(tmp_path, section):
+    with tuning(TwoCables(3), Config(segmentation=section), tmp_path / "cable.yaml") as (client, _):
+        header, _ = client.picture(lambda header: len(header["curves"]) == 2)
+        point = [60, header["size"][1] - 10]
+        client.send(type="delete", frame=0, point=point)
+        assert "where strokes make the mask" in client.text("error")["message"]
+        draw(client, cable=False, points=[[20, 5], [60, 5]])
+        assert len(client.text("state", lambda state: state["strokes"])["strokes"]) == 1
+        client.send(type="save")
+        assert "along" in client.text("error")["message"]
+        assert not (tmp_path / "cable.yaml").exists()
+        draw(client)
+        client.send(type="save")
+        client.text("saved")
+        client.send(type="delete", frame=0, point=point)
+        assert client.text("state", lambda state: sum(not one["cable"] for one in state["strokes"]) == 2)
+
+
 def test_a_stroke_that_is_drawn_while_an_object_is_deleted_stays(monkeypatch):
     entered, go_on, find = Event(), Event(), tune_session.object_at
 

@@ -67,9 +67,13 @@ class TuneDocument(msgspec.Struct, frozen=True):
     @property
     def is_empty(self) -> bool:
         """True if nothing says yet what is cable."""
-        drawn = any(stroke.cable for stroke in self.strokes) or any(picture.cable for picture in self.others)
-        coloured = drawn if self.method == STROKES else bool(self.ranges)
+        coloured = self.shows_cable if self.method == STROKES else bool(self.ranges)
         return not coloured and self.height_m is None and not self.kept
+
+    @property
+    def shows_cable(self) -> bool:
+        """True if a stroke is along a cable; strokes on the ground say nothing without one."""
+        return any(stroke.cable for stroke in self.strokes) or any(picture.cable for picture in self.others)
 
     def with_stroke(self, stroke: DrawnStroke) -> TuneDocument:
         """Return the document with a stroke more."""

@@ -64,6 +64,7 @@ from dloftbs.viz.style import Style
 
 _LIVE_PERIOD_S = 0.04  # from one look at a camera to the next
 _TRIED_FRAMES = 8  # of a video, before a guess is offered
+_NO_STROKES = "there are none: draw one along a cable"
 T = TypeVar("T")
 
 
@@ -268,6 +269,12 @@ class TuneSession:
             raise InputError("there is no object at this place: click on its curve")
         kept = strokes_along(frame.index, [one for one in result if one is not deleted]) if is_suggested else []
         on_it = [one for one in document.strokes if one.cable and one.frame == index and lies_on(one, deleted)]
+        left = msgspec.structs.replace(
+            document, strokes=tuple(one for one in document.strokes if one not in on_it), method=STROKES
+        )
+        is_by_strokes = document.method == STROKES and left.is_empty
+        if not (is_suggested or is_by_strokes or left.shows_cable):
+            raise InputError(f"an object can be deleted where strokes make the mask, and {_NO_STROKES}")
         return on_it, [*kept, *strokes_along(index, [deleted], cable=False)]
 
     def _try_soon(self, viewer: Viewer, index: int, document: TuneDocument) -> None:
@@ -308,6 +315,8 @@ class TuneSession:
         document = self._history.document
         if document.is_empty and document.roi is None:
             raise InputError("nothing says yet what is cable: draw a stroke along one first")
+        if document.method == STROKES and document.strokes and not document.shows_cable:
+            raise InputError(f"Not cable strokes count beside strokes along cables, and {_NO_STROKES}, or erase these")
         text = await self._in_pool(lambda: self._text_of(document))
         if self._target is not None:
             target = self._target
