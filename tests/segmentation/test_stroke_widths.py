@@ -1,5 +1,7 @@
 """Cables beneath strokes: how wide they are, and what is theirs."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -35,3 +37,14 @@ def test_a_wide_cable_in_a_small_picture_is_found():
     found = cables_beneath(image, [Stroke(points=[(10, 20), (50, 20)])])
     assert found.width_px == pytest.approx(7.0, abs=1.0)
     assert found.beside.any()
+
+
+def test_the_memory_of_a_long_stroke_on_a_large_picture_is_bounded():
+    image = np.full((1500, 2000, 3), 90, np.uint8)
+    image[745:756] = (20, 20, 200)
+    tracemalloc.start()
+    found = cables_beneath(image, [Stroke(points=[(50, 750), (1950, 750)])])
+    _, most_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert found.width_px == pytest.approx(11.0, abs=1.0)
+    assert most_bytes < 3e8  # the sums of all its places would be 0.8 GB

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -18,6 +19,7 @@ from dloftbs.segmentation.colour_samples import ColourSample
 from dloftbs.segmentation.colour_table import LEVELS, ColourTable
 from dloftbs.segmentation.pixel_classifier import PixelClassifier
 from dloftbs.segmentation.pixel_samples import PixelSample
+from dloftbs.segmentation.stroke_widths import CableAxis
 from dloftbs.support.arrays import FloatArray, check_image
 from dloftbs.support.values import check_text, check_type, shown
 
@@ -252,28 +254,54 @@ class ColourModel:
                 raise InputError(f"each picture must be a tuple (image, strokes, source), got {shown(entry)}")
             image, given, source = entry
             strokes = _checked_strokes(given)
-            array = check_image(image)
-            size = int(array.shape[0]), int(array.shape[1])
-            region = None if roi is None else Region(roi, size)
-            sample = ColourSample.of(array, strokes, region)
-            pixels = PixelSample.of(array, strokes, region, min(1.0, _WHOLE_SAMPLES / len(entries)))
-            cable, ground = (tuple(str(one) for one in strokes if one.cable is kind) for kind in (True, False))
-            name = check_text("source", source)
-            kept.append(
-                ColourPicture(
-                    source=name,
-                    size=size,
-                    cable=cable,
-                    ground=ground,
-                    sample=sample.to_text(),
-                    pixels="" if pixels is None else pixels.to_text(),
-                )
-            )
+            share = min(1.0, _WHOLE_SAMPLES / len(entries))
+            picture = picture_of(check_image(image), strokes, roi, share)
+            kept.append(msgspec.structs.replace(picture, source=check_text("source", source)))
         return tuple(kept)
 
     def to_config(self) -> ColourConfig:
         """Return the strokes, where they come from, and the colours that they were drawn on."""
         return self._config
+
+
+def picture_of(
+    image: npt.NDArray[np.uint8],
+    strokes: Sequence[Stroke],
+    roi: Roi | None = None,
+    share: float = 1.0,
+    axes: Mapping[Stroke, CableAxis | None] | None = None,
+) -> ColourPicture:
+    """Return what is kept of a picture (H, W, 3) and strokes on it.
+
+    Parameters
+    ----------
+    image : numpy.ndarray, shape (H, W, 3), uint8
+        BGR.
+    strokes : sequence of Stroke
+    roi : Roi, optional
+        Where there are no strokes, the colours of this region alone are counted.
+    share : float
+        Of the largest number of samples of pixels.
+    axes : mapping, optional
+        Of the cables beneath the strokes, as `cables_beneath` takes them.
+
+    Raises
+    ------
+    InputError
+        If a stroke leaves the picture, or the region does not lie within it.
+    """
+    size = int(image.shape[0]), int(image.shape[1])
+    region = None if roi is None else Region(roi, size)
+    sample = ColourSample.of(image, strokes, region)
+    pixels = PixelSample.of(image, strokes, region, share, axes)
+    cable, ground = (tuple(str(one) for one in strokes if one.cable is kind) for kind in (True, False))
+    return ColourPicture(
+        size=size,
+        cable=cable,
+        ground=ground,
+        sample=sample.to_text(),
+        pixels="" if pixels is None else pixels.to_text(),
+    )
 
 
 def _checked_strokes(strokes: object) -> tuple[Stroke, ...]:

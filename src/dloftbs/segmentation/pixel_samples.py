@@ -6,7 +6,7 @@ import base64
 import binascii
 import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -20,7 +20,7 @@ from dloftbs.errors import ConfigError
 from dloftbs.segmentation import canonical, log_colours
 from dloftbs.segmentation.colour_samples import pixels_of
 from dloftbs.segmentation.kernels.pixel_features import COUNT
-from dloftbs.segmentation.stroke_widths import cables_beneath
+from dloftbs.segmentation.stroke_widths import CableAxis, cables_beneath
 from dloftbs.support.values import shown
 
 _MOST = 1200, 400, 400, 2400
@@ -61,6 +61,7 @@ class PixelSample:
         strokes: Sequence[Stroke],
         region: Region | None = None,
         share: float = 1.0,
+        axes: Mapping[Stroke, CableAxis | None] | None = None,
     ) -> PixelSample | None:
         """Take samples of a picture with strokes; None where none shows the width of a cable, or nothing is left of it.
 
@@ -72,8 +73,10 @@ class PixelSample:
             Only pixels of it are elsewhere.
         share : float
             Of the largest number of samples.
+        axes : mapping, optional
+            Of the cables beneath the strokes, as `cables_beneath` takes them.
         """
-        found = cables_beneath(image, strokes)
+        found = cables_beneath(image, strokes, axes)
         if not found.width_px > 0.0:
             return None
         ground = pixels_of(image.shape[:2], [stroke for stroke in strokes if not stroke.cable])

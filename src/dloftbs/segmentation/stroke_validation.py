@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.config import Stroke
-from dloftbs.segmentation.colour_model import ColourModel
-from dloftbs.segmentation.stroke_widths import cables_beneath
+from dloftbs.config import ColourConfig, Stroke
+from dloftbs.segmentation.colour_model import ColourModel, picture_of
+from dloftbs.segmentation.stroke_widths import axes_beneath, cables_beneath
 
 
 class Expected(NamedTuple):
@@ -38,13 +38,14 @@ def cross_validate(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> E
         If a stroke leaves the picture.
     """
     shares = []
+    axes = axes_beneath(image, strokes)
     for number, stroke in enumerate(strokes):
         others = [*strokes[:number], *strokes[number + 1 :]]
         if not stroke.cable or not any(one.cable for one in others):
             continue
-        beneath = cables_beneath(image, [stroke])
+        beneath = cables_beneath(image, [stroke], axes)
         if not beneath.width_px > 0.0 or not beneath.beside.any():
             continue
-        mask = ColourModel.fit(image, others)(image)
+        mask = ColourModel(ColourConfig(pictures=(picture_of(image, others, axes=axes),)))(image)
         shares.append((mask[beneath.cable].mean(), mask[beneath.beside].mean()))
     return Expected(*(float(share) for share in np.mean(shares, axis=0))) if shares else None

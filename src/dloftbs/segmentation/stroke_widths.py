@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import cv2
@@ -54,7 +55,26 @@ class CablesBeneath(NamedTuple):
     width_px: float
 
 
-def cables_beneath(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> CablesBeneath:
+class CableAxis(NamedTuple):
+    """Axis of a cable beneath a stroke: its places and normals (n, 2), which have edges (n,), and the width in px."""
+
+    places: FloatArray
+    normals: FloatArray
+    is_clear: npt.NDArray[np.bool_]
+    width_px: float
+
+
+def axes_beneath(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> dict[Stroke, CableAxis | None]:
+    """Return the axis of the cable beneath each stroke on an image (H, W, 3) BGR; None where no width shows."""
+    lab = cv2.cvtColor(image.astype(np.float32) / 255.0, cv2.COLOR_BGR2Lab)
+    return {stroke: _axis(lab, stroke) if stroke.cable else None for stroke in strokes}
+
+
+def cables_beneath(
+    image: npt.NDArray[np.uint8],
+    strokes: Sequence[Stroke],
+    axes: Mapping[Stroke, CableAxis | None] | None = None,
+) -> CablesBeneath:
     """Find the cables that strokes were drawn along.
 
     Parameters
@@ -63,13 +83,16 @@ def cables_beneath(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> C
         BGR.
     strokes : sequence of Stroke
         Those on cables count. Beneath one that shows no width, the cable is what was drawn on.
+    axes : mapping, optional
+        What `axes_beneath` found of these strokes, and maybe of others: it takes most of the time.
     """
     height, width = image.shape[:2]
-    lab = cv2.cvtColor(image.astype(np.float32) / 255.0, cv2.COLOR_BGR2Lab)
+    if axes is None:
+        axes = axes_beneath(image, strokes)
     cable, beside = np.zeros((2, height, width), np.uint8)
     widths, plain = [], []
     for stroke in strokes:
-        axis = _axis(lab, stroke) if stroke.cable else None
+        axis = axes[stroke]
         if axis is None:
             plain.append(stroke)
             continue
@@ -88,10 +111,8 @@ def cables_beneath(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> C
     return CablesBeneath(on_cable & ~on_ground, (beside > 0) & ~on_cable & ~on_ground, median)
 
 
-def _axis(
-    lab: npt.NDArray[np.float32], stroke: Stroke
-) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_], float] | None:
-    """Return places on the axis of the cable beneath a stroke, normals, which have edges, and the width; None without.
+def _axis(lab: npt.NDArray[np.float32], stroke: Stroke) -> CableAxis | None:
+    """Return the axis of the cable beneath a stroke; None without.
 
     Two edges run along a stroke, a width apart, where changes of colour across it are strongest on both sides
     together. From a place to the next the axis moves aside by a pixel at most. Square roots of the changes are added:
@@ -112,7 +133,7 @@ def _axis(
     middle = offsets[0] + left + 1.5 + 0.5 * widths
     is_beneath = (left + widths < count) & (np.abs(middle) <= 0.5 * widths + 1.0)
     never = np.where(is_beneath, np.float32(0.0), np.float32(-np.inf))
-    *_, sums = _ways(edges, right, never)
+    (sums,) = deque(_ways(edges, right, never), maxlen=1)  # all would be as many as the stroke has pixels
     number = int(sums.max(axis=1).argmax())
     if not sums[number].max() > 0.0:
         return None
@@ -127,7 +148,8 @@ def _axis(
     width = int(widths[number, 0])
     strength = ndimage.uniform_filter1d(edges[rows, path] + edges[rows, path + width], _PLACES, mode="nearest")
     aside = ndimage.median_filter(middle[number, path], size=_PLACES, mode="nearest")
-    return places + aside[:, None] * normals, normals, strength > 0.5 * np.median(strength), float(width)
+    is_clear = strength > 0.5 * np.median(strength)
+    return CableAxis(places + aside[:, None] * normals, normals, is_clear, float(width))
 
 
 def _ways(
