@@ -39,6 +39,19 @@ def test_a_cable_on_a_texture_is_found_whatever_the_exposure(level, noise, gain)
     assert iou(mask, truth) > 0.85
 
 
+@pytest.mark.parametrize("width", [3, 8])
+@pytest.mark.parametrize("gain", [0.7, 0.9, 1.1, 1.3])
+def test_highlights_that_saturate_in_one_exposure_alone_are_no_cable(gain, width):
+    y, x = np.mgrid[: SIZE[0], : SIZE[1]]
+    spot = np.exp(-((x - 0.5 * SIZE[1]) ** 2 + (y - 0.25 * SIZE[0]) ** 2) / (2.0 * (0.15 * SIZE[0]) ** 2))
+    truth = line(width)
+    lit_place = (150.0 + 130.0 * spot)[..., None]
+    background = picture(np.zeros(SIZE), lit_place, 0, noise=0.0)
+    assert (background == 255).any()
+    mask = BackgroundSegmenter(background)(picture(truth, lit_place, 40 - lit_place, light=gain * np.ones(SIZE)))
+    assert iou(mask, truth) > 0.8
+
+
 @pytest.mark.parametrize("level", [30, 220])
 def test_the_shadow_beside_a_cable_is_none_of_it(level):
     truth = line(6)

@@ -6,6 +6,7 @@ import logging
 import os
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -25,7 +26,7 @@ from dloftbs.segmentation.contrast import (
     noise_of,
     pixels_of,
 )
-from dloftbs.support.arrays import check_image
+from dloftbs.support.arrays import FloatArray, check_image
 from dloftbs.support.npy import BROKEN, open_mapped
 from dloftbs.support.values import shown
 
@@ -65,10 +66,19 @@ Image = npt.NDArray[np.uint8]
 _log = logging.getLogger("dloftbs.segmentation")
 
 
+class _Place(NamedTuple):
+    """The place without cables, smoothed, and the bounds of its trembling pixels, in counts (H, W, 3)."""
+
+    smooth: Counts
+    low: Counts
+    high: Counts
+
+
 class BackgroundSegmenter:
     """A callable ``image -> mask`` that compares an image with one of the same place without cables.
 
-    The exposure of the camera may change: each channel is scaled by the median ratio to the background. Where more than
+    The exposure of the camera may change: each channel is scaled by the median ratio to the background, and what one of
+    the two would show as white is compared as white. Where more than
     half of the image differs, the background is one of another place or light, and says nothing: all pixels differ, and
     the logger ``dloftbs.segmentation`` warns once.
 
@@ -92,14 +102,9 @@ class BackgroundSegmenter:
         self._background = check_image(background).copy()
         if self._background.size == 0:
             raise InputError(f"a background must have pixels, got {self._background.shape}")
-        smooth = _smoothed(self._background)
-        square = np.ones((3, 3), np.uint8)
-        self._smooth, self._warned = smooth, False
-        self._per_level = (1.0 / np.maximum(smooth.max(axis=2), LEVEL)).astype(np.float32)
-        self._low, self._high = (
-            cv2.addWeighted(smooth, 1.0 - _JITTER, beside, _JITTER, 0.0)
-            for beside in (cv2.erode(smooth, square), cv2.dilate(smooth, square))
-        )
+        self._place, self._warned = _place_of(_counts_of(self._background)), False
+        self._brightest = self._background.max(axis=(0, 1))
+        self._per_level = (1.0 / np.maximum(self._place.smooth.max(axis=2), LEVEL)).astype(np.float32)
 
     def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
         """Return 1 for the pixels that differ from the background, shape (H, W).
@@ -121,11 +126,15 @@ class BackgroundSegmenter:
                 f"segmentation.background is {expected[1]} x {expected[0]} px, the frame {size[1]} x {size[0]}: make "
                 "it anew from frames of this size (dloftbs background)"
             )
-        smooth = _smoothed(image)
-        gain = _gain(image, self._background)
-        if any(abs(factor - 1.0) > 1.0 / _WHITE for factor in gain):  # by a level of the brightest pixel
-            smooth = cv2.multiply(smooth, (*(1.0 / factor for factor in gain), 0.0))
-        noise = max(noise_of(*both)[1] for both in zip(_channels(smooth), _channels(self._smooth), strict=True))
+        counts, place = _counts_of(image), self._place
+        gain = np.array(_gain(image, self._background))
+        if (np.abs(gain - 1.0) > 1.0 / _WHITE).any():  # by a level of the brightest pixel
+            counts = _clipped(cv2.multiply(counts, (*(1.0 / gain).tolist(), 0.0)), np.full(3, float(_WHITE)))
+            white = np.minimum(_WHITE / gain, _WHITE)  # what a saturated pixel of the image is
+            if (self._brightest > white).any():
+                place = _place_of(_clipped(_counts_of(self._background), white))
+        smooth = _smoothed(counts)
+        noise = max(noise_of(*both)[1] for both in zip(_channels(smooth), _channels(place.smooth), strict=True))
         if noise > _MAX_NOISE * LEVEL:
             if not self._warned:
                 _log.warning(
@@ -134,7 +143,7 @@ class BackgroundSegmenter:
                 )
             self._warned = True
             return np.ones(size, np.uint8)
-        darker, brighter = cv2.subtract(self._low, smooth), cv2.subtract(smooth, self._high)
+        darker, brighter = cv2.subtract(place.low, smooth), cv2.subtract(smooth, place.high)
         dark, bright = _greatest(darker), _greatest(brighter)
         contrast = np.maximum(dark, bright)
         least, strong = limits_of(0.0, noise, self._contrast)
@@ -214,9 +223,28 @@ def _like(reference: Image, image: Image) -> Image:
     return np.asarray(cv2.multiply(image, (*gain, 0.0)), np.uint8)
 
 
-def _smoothed(image: Image) -> Counts:
-    """Return an image in counts, smoothed, shape (H, W, 3)."""
-    return np.asarray(cv2.GaussianBlur(image.astype(np.int16) * np.int16(LEVEL), (0, 0), SMOOTHING_PX))
+def _place_of(counts: Counts) -> _Place:
+    """Return what is compared of a background in counts (H, W, 3)."""
+    smooth, square = _smoothed(counts), np.ones((3, 3), np.uint8)
+    low, high = (
+        cv2.addWeighted(smooth, 1.0 - _JITTER, beside, _JITTER, 0.0)
+        for beside in (cv2.erode(smooth, square), cv2.dilate(smooth, square))
+    )
+    return _Place(smooth, np.asarray(low, np.int16), np.asarray(high, np.int16))
+
+
+def _counts_of(image: Image) -> Counts:
+    """Return an image in counts, shape (H, W, 3)."""
+    return image.astype(np.int16) * np.int16(LEVEL)
+
+
+def _clipped(counts: Counts, white: FloatArray) -> Counts:
+    """Return counts (H, W, 3) no larger than a level of each channel (3,): what a camera shows as white."""
+    return np.asarray(np.minimum(counts, np.rint(LEVEL * white).astype(np.int16)))
+
+
+def _smoothed(counts: Counts) -> Counts:
+    return np.asarray(cv2.GaussianBlur(counts, (0, 0), SMOOTHING_PX))
 
 
 def _gain(image: Image, background: Image) -> tuple[float, ...]:
