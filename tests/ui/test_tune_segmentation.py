@@ -8,6 +8,7 @@ import dloftbs
 from dloftbs.config import HsvRange, NetworkConfig, PlaneConfig, SegmentationConfig
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
+from dloftbs.segmentation.pixel_samples import PixelSample
 from dloftbs.ui.tune_document import DrawnStroke, TuneDocument
 from dloftbs.ui.tune_segmentation import Translator, strokes_along
 
@@ -112,6 +113,14 @@ def test_of_two_pictures_of_one_frame_both_are_kept():
     there = translator(twice)
     assert (len(there.first.strokes), len(there.first.others)) == (1, 1)
     assert there.section_of(there.first) == twice
+
+
+def test_strokes_on_many_frames_keep_as_many_samples_as_on_two():
+    strokes = [msgspec.structs.replace(CABLE, frame=index) for index in range(8)]
+    section = translator().section_of(TuneDocument(strokes=tuple(strokes)))
+    assert translator(section).section_of(translator(section).first) == section  # once is enough
+    samples = [PixelSample.from_text(picture.pixels) for picture in section.colour.pictures]
+    assert sum(kind.shape[1] for sample in samples for kind in sample.kinds) <= 2 * (1200 + 400 + 400 + 2400)
 
 
 def test_parts_beside_the_image_are_left_out():

@@ -12,6 +12,7 @@ from ui.page_client import SIZE, CableSource, cable_mask, connected, mask_of
 from dloftbs import Config, Frame, HsvRange, PinholeCamera, Pipeline
 from dloftbs.config import SegmentationConfig
 from dloftbs.errors import ConfigError
+from dloftbs.support import documents
 from dloftbs.ui import tune_session
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.server import serve
@@ -180,6 +181,19 @@ def test_a_file_that_cannot_be_written_is_told(tmp_path):
         draw(client)
         client.send(type="save")
         assert client.text("error")["kind"] == "SinkError"
+
+
+def test_a_file_that_could_not_be_read_again_does_not_replace_the_last_one(tmp_path, monkeypatch):
+    target = tmp_path / "cable.yaml"
+    with tuning(target=target) as (client, _):
+        draw(client)
+        client.send(type="save")
+        before = client.text("saved")["text"]
+        monkeypatch.setattr(documents, "MAX_BYTES", len(before))
+        draw(client, frame=3)
+        client.send(type="save")
+        assert "strokes on fewer frames" in client.text("error")["message"]
+    assert target.read_text() == before
 
 
 def test_the_guess_is_taken_over_as_strokes():

@@ -259,6 +259,26 @@ class ColourModel:
             kept.append(msgspec.structs.replace(picture, source=check_text("source", source)))
         return tuple(kept)
 
+    @staticmethod
+    def together(pictures: Iterable[ColourPicture]) -> tuple[ColourPicture, ...]:
+        """Return pictures, learned at different times, as they are kept together: of many, each keeps its share.
+
+        Raises
+        ------
+        ConfigError
+            If samples cannot be read.
+        """
+        given = tuple(pictures)
+        if len(given) <= _WHOLE_SAMPLES:
+            return given
+        share = _WHOLE_SAMPLES / len(given)
+        return tuple(
+            msgspec.structs.replace(one, pixels=PixelSample.from_text(one.pixels).thinned(share).to_text())
+            if one.pixels
+            else one
+            for one in given
+        )
+
     def to_config(self) -> ColourConfig:
         """Return the strokes, where they come from, and the colours that they were drawn on."""
         return self._config

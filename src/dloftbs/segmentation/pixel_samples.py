@@ -106,6 +106,15 @@ class PixelSample:
             colours.append(np.asarray(picture, np.uint8).reshape(-1, 3)[some])
         return cls(found.width_px, tuple(np.concatenate(kind, axis=1) for kind in kinds), tuple(colours))
 
+    def thinned(self, share: float) -> PixelSample:
+        """Return samples of which a share of the largest number is kept at most, evenly over all of a kind."""
+        kinds = tuple(
+            kind[:, _evenly(kind.shape[1], share, most)] for kind, most in zip(self.kinds, _MOST, strict=True)
+        )
+        return PixelSample(
+            self.width_px, kinds, tuple(colours[_evenly(len(colours), share, _MOST[1])] for colours in self.colours)
+        )
+
     def cells_of_cables(self) -> npt.NDArray[np.int32]:
         """Return the flat number of the cell of colours of each sample on a cable, shape (n,)."""
         return _cells(self.kinds[0])
@@ -148,6 +157,12 @@ class PixelSample:
             at += row * count
         kinds = tuple(part.reshape(COUNT, -1) for part in parts[: len(_MOST)])
         return cls(width_px, kinds, tuple(part.reshape(-1, 3) for part in parts[len(_MOST) :]))
+
+
+def _evenly(count: int, share: float, most: int) -> npt.NDArray[np.intp]:
+    """Return which of some samples are kept where a share of the largest number may be."""
+    kept = min(count, max(1, int(share * most)))
+    return np.linspace(0, count - 1, kept).round().astype(np.intp)
 
 
 def _shrunk(where: npt.NDArray[np.bool_], size: tuple[int, ...]) -> npt.NDArray[np.bool_]:

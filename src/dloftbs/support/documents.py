@@ -51,6 +51,23 @@ def read_text(path: Path) -> str:
         return data.decode("utf-8-sig")
 
 
+def check_readable(text: str) -> bytes:
+    """Return a text as the bytes of a file that `read_text` reads.
+
+    Raises
+    ------
+    InputError
+        If it is longer than `MAX_BYTES`.
+    """
+    data = text.encode()
+    if len(data) > MAX_BYTES:
+        raise InputError(
+            f"settings must have at most {MAX_BYTES} bytes to be read again, got {len(data)}: "
+            "keep strokes on fewer frames"
+        )
+    return data
+
+
 def read_lines(path: Path) -> Iterator[str]:
     """Yield the lines of a file of any length, with their ends, as it is read.
 

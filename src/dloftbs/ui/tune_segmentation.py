@@ -114,7 +114,7 @@ class Translator:
         if document.method == RANGES:
             hsv = (*self._kept.hsv, *map(_as_range, document.ranges))
             return msgspec.structs.replace(self._kept, hsv=hsv, plane=plane)
-        pictures = (*document.others, *self._drawn(document.strokes, document.roi))
+        pictures = ColourModel.together((*document.others, *self._drawn(document.strokes, document.roi)))
         colour = None
         if any(picture.cable for picture in pictures):
             colour = ColourConfig(

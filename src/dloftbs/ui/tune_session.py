@@ -20,6 +20,7 @@ from dloftbs.errors import DloftbsError, InputError
 from dloftbs.pipeline import Pipeline
 from dloftbs.pipeline.soft_mask import plain_mask
 from dloftbs.support.arrays import AnyArray
+from dloftbs.support.documents import check_readable
 from dloftbs.support.safe_files import write_whole
 from dloftbs.support.text import readable
 from dloftbs.ui.advice import doubt
@@ -318,9 +319,10 @@ class TuneSession:
         if document.method == STROKES and document.strokes and not document.shows_cable:
             raise InputError(f"Not cable strokes count beside strokes along cables, and {_NO_STROKES}, or erase these")
         text = await self._in_pool(lambda: self._text_of(document))
+        data = check_readable(text)
         if self._target is not None:
             target = self._target
-            await self._in_pool(lambda: write_whole(target, text.encode()))
+            await self._in_pool(lambda: write_whole(target, data))
         self._saved = document
         self._audience.tell("saved", text=text, command=self._command_for(document))
         self._audience.tell("state", **self._state())

@@ -136,6 +136,7 @@ def colour(
     from dloftbs.config import ColourConfig, Config, read_roi
     from dloftbs.data.frame_region import Region
     from dloftbs.segmentation import ColourModel
+    from dloftbs.support.documents import check_readable
     from dloftbs.support.safe_files import write_whole
     from dloftbs.viz import as_png
 
@@ -154,17 +155,17 @@ def colour(
         stated = {**stated, "region": {"roi": msgspec.to_builtins(roi)}}
     kept = Config.from_dict(stated).region.roi
     roi = None if kept is None else read_roi(kept)
-    pictures = (*pictures, *ColourModel.pictures_of(drawn_on, roi))
-    learned = ColourConfig(pictures=pictures) if before is None else msgspec.structs.replace(before, pictures=pictures)
-    if accept_strokes:
-        learned = msgspec.structs.replace(learned, accept_strokes=True)
+    pictures = ColourModel.together((*pictures, *ColourModel.pictures_of(drawn_on, roi)))
+    accepted = accept_strokes or (before is not None and before.accept_strokes)
+    learned = before or ColourConfig(pictures=pictures)
+    learned = msgspec.structs.replace(learned, pictures=pictures, accept_strokes=accepted)
     settings = {**stated, "segmentation": {**stated.get("segmentation", {}), "colour": msgspec.to_builtins(learned)}}
     Config.from_dict(settings)  # before it is written
-    text = f"{SIGNATURE}\n{msgspec.yaml.encode(settings).decode()}"
+    data = check_readable(f"{SIGNATURE}\n{msgspec.yaml.encode(settings).decode()}")
     if out is None:
-        click.echo(text, nl=False)
+        click.echo(data, nl=False)
     else:
-        write_whole(Path(out), text.encode())
+        write_whole(Path(out), data)
     model = ColourModel(learned)
     regions = [None if roi is None else Region(roi, (image.shape[0], image.shape[1])) for image in images]
     masks = [
