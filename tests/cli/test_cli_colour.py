@@ -170,6 +170,12 @@ def white_on_white() -> np.ndarray:
     return np.repeat(np.clip(image, 0, 255).astype(np.uint8)[..., None], 3, axis=2)
 
 
+def test_a_stroke_outside_the_region_is_named(picture):
+    told = run("colour", picture, "--at", ALONG, "--at", "40,50:60,50", "--roi", "100,0,100,100").stderr
+    assert "the stroke 40,50:60,50 lies outside the region of interest" in told
+    assert "the stroke 40,50:150,50" not in told
+
+
 def test_a_stroke_along_a_cable_of_the_grounds_colour_is_not_said_to_lie_beside_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     save(tmp_path / "white.png", white_on_white())

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from dloftbs.config import Roi, Stroke
+    from dloftbs.config import ColourConfig, Roi, Stroke
+    from dloftbs.data.frame_region import Region
 
 SIGNATURE = "# A colour learned by dloftbs colour; dloftbs config print explains all settings"
 _MAX_SET = 0.5  # of a picture, as in `plausibility`
@@ -174,8 +175,8 @@ def colour(
     ]
     for source, image, mask, region, given in zip(sources, images, masks, regions, strokes, strict=True):
         _report(source, float(mask.mean() if region is None else region.cut(mask).mean() / region.share), given)
-        _report_missed(source, image, mask, given)
-        _report_expected(source, image, given)
+        _report_missed(source, image, mask, given, region)
+    _report_expected(learned, drawn_on, roi)
     if model.by_colour_alone:
         click.echo("the colour of each pixel decides alone, at the speed of a table", err=True)
     else:
@@ -221,14 +222,24 @@ def _report(source: str, share: float, strokes: Sequence[Stroke]) -> None:
 
 
 def _report_missed(
-    source: str, image: npt.NDArray[np.uint8], mask: npt.NDArray[np.uint8], strokes: Sequence[Stroke]
+    source: str,
+    image: npt.NDArray[np.uint8],
+    mask: npt.NDArray[np.uint8],
+    strokes: Sequence[Stroke],
+    region: Region | None,
 ) -> None:
     """Say which strokes the mask contradicts, and why: they lie beside a cable, or its colour is the ground's, too."""
+    import numpy as np
+
     from dloftbs.segmentation import lies_along_band, pixels_of
 
+    inside = np.ones(mask.shape, np.bool_) if region is None else region.paste(np.ones(region.size, np.bool_))
     for stroke in strokes:
-        share = float((mask[pixels_of(mask.shape, [stroke])] != 0).mean())
-        if stroke.cable and share < _MISSED:
+        drawn = pixels_of(mask.shape, [stroke]) & inside
+        share = float((mask[drawn] != 0).mean()) if drawn.any() else 0.0
+        if not drawn.any():
+            finding = f"the stroke {stroke} lies outside the region of interest, where nothing is cable"
+        elif stroke.cable and share < _MISSED:
             why = _COMMON_COLOUR if lies_along_band(image, stroke) else _BESIDE
             finding = f"only {100.0 * share:.0f} % of the stroke {stroke} counts as cable{why}"
         elif not stroke.cable and share > _MISSED:
@@ -238,14 +249,18 @@ def _report_missed(
         click.echo(f"{source}: {finding}", err=True)
 
 
-def _report_expected(source: str, image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> None:
-    """Say how much of the cables the mask is expected to find, by leaving each stroke out in turn."""
+def _report_expected(
+    learned: ColourConfig, drawn_on: Sequence[tuple[npt.NDArray[np.uint8], list[Stroke], str]], roi: Roi | None
+) -> None:
+    """Say how much of the cables the model is expected to find, by leaving each stroke out in turn."""
     from dloftbs.segmentation import cross_validate
 
-    expected = cross_validate(image, strokes)
-    if expected is not None:
-        click.echo(
-            f"{source}: expected to find {100.0 * expected.cable:.0f} % of the cables, and "
-            f"{100.0 * expected.ground:.0f} % of the ground beside them (each stroke left out in turn)",
-            err=True,
-        )
+    first = len(learned.pictures) - len(drawn_on)
+    for number, (image, strokes, source) in enumerate(drawn_on, first):
+        expected = cross_validate(image, strokes, learned, number, roi)
+        if expected is not None:
+            click.echo(
+                f"{source}: expected to find {100.0 * expected.cable:.0f} % of the cables, and "
+                f"{100.0 * expected.ground:.0f} % of the ground beside them (each stroke left out in turn)",
+                err=True,
+            )
