@@ -42,8 +42,7 @@ def test_a_junction_lists_its_ends_and_the_costs_of_all_pairs() -> None:
     np.testing.assert_array_equal(matrix, matrix.T)
     assert np.diag(matrix).min() >= 1e3
     assert matrix[0, 2] == pytest.approx(0.0, abs=1e-9)
-    assert matrix[0, 3] == pytest.approx(JOINT[columns.LINK_TURN] * np.pi**2 / 16)  # one is a spur
-    assert matrix[0, 1] == pytest.approx(OPEN_FREE)  # nothing else meets there
+    assert matrix[0, 1] == pytest.approx(JOINT[columns.LINK_TURN] * np.pi**2 / 16)
     assert matrix[2, 3] >= 1e3  # two spurs
 
 
@@ -61,8 +60,8 @@ def test_a_link_costs_the_same_in_the_decision_and_wherever_links_are_listed() -
         assert pairs[int(members[a]), int(members[b])] == pytest.approx(matrix[a, b])
     (only,), four = describe_pairs(states, np.array([[0, 2]]), nodes, np.zeros(8), WIDTH), np.full(4, -1)
     alone = junction_costs(nodes[:4], np.zeros(2, np.bool_), four, states[:4], WIDTH)[3][1]
-    assert only @ JOINT > FOLD_COST
-    assert alone == pytest.approx(OPEN_FREE)
+    assert only @ JOINT > OPEN_KINK
+    assert alone == pytest.approx(OPEN_KINK)
 
 
 def costs_of(
