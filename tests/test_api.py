@@ -305,6 +305,27 @@ class TestFiles:
         with pytest.raises(SourceError, match="the capture is not open"):
             dloftbs.track(capture, hsv=RED)
 
+    def test_the_values_of_a_mask_are_what_is_said_of_them(self, tmp_path: Path) -> None:
+        soft = np.zeros((240, 640), np.uint8)
+        soft[116:125, 15:625], soft[116:125, 215:425] = 255, 100
+        for name in ("a.png", "a.jpg"):
+            cv2.imwrite(str(tmp_path / name), soft, [cv2.IMWRITE_JPEG_QUALITY, 100])
+            assert len(dloftbs.detect(tmp_path / name, mask_is="probability")) == 1
+            assert [len(result) for result in dloftbs.track(str(tmp_path / name), mask_is="probability")] == [1]
+        assert len(dloftbs.detect(tmp_path / "a.jpg", mask_is="binary")) == 2
+        with pytest.raises(SourceError, match=r"a\.jpg: a lossy codec changes numbers"):
+            dloftbs.detect(tmp_path / "a.jpg", mask_is="labels")
+
+    def test_floating_point_is_binary_where_that_is_said(self, tmp_path: Path) -> None:
+        unsure = mask_of().astype(np.float32) * 0.3
+        stack = np.stack([unsure] * 2)
+        np.savez(tmp_path / "a.npz", masks=stack)
+        cv2.imwrite(str(tmp_path / "a.tif"), unsure)
+        assert len(dloftbs.detect(tmp_path / "a.tif", mask_is="binary")) == 1
+        for frames in ([unsure] * 2, stack, tmp_path / "a.npz"):
+            assert [len(result) for result in dloftbs.track(frames, mask_is="binary")] == [1, 1]
+            assert [len(result) for result in dloftbs.track(frames)] == [0, 0]
+
 
 class TestDoubts:
     def test_an_inverted_mask_is_found_strange(self, caplog: pytest.LogCaptureFixture) -> None:

@@ -107,6 +107,7 @@ def detect(
     pipeline = Pipeline(
         config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi, mask_is=mask_is, branched=branched
     )
+    known = pipeline.config.segmentation.mask_is
     segmented = pipeline.segments_images and image is None
     kind: Kind = kind_for("auto" if image is None else "mask", segmented=segmented)
     picture = image if x is None else x
@@ -121,9 +122,8 @@ def detect(
         frame = _frame_of_instances(instances, image, picture)
         image = instances = None
     elif isinstance(x, (str, os.PathLike)):
-        frame = read_frame(x, kind, as_stored=as_stored)
+        frame = read_frame(x, kind, known, as_stored=as_stored)
     else:
-        known = pipeline.config.segmentation.mask_is
         frame = as_frame(cast("Frame | npt.ArrayLike", x), grey_as_image=segmented, mask_is=known)
     if isinstance(depth, (str, os.PathLike)):
         depth = read_beside("depth", depth, picture)
@@ -214,7 +214,8 @@ def track(
         raise InputError("expected a stream, got a single frame: detect takes one, and Pipeline.process one by one")
     if isinstance(frames, (str, os.PathLike, int, np.integer, np.ndarray)) or _are_paths(frames):
         kind = kind_for("auto", segmented=pipeline.segments_images)
-        return _track_source(sources.open(cast(Where, frames), kind=kind), pipeline)
+        known = pipeline.config.segmentation.mask_is
+        return _track_source(sources.open(cast(Where, frames), kind=kind, mask_is=known), pipeline)
     if _is_capture(frames):
         frames = _frames_of(frames)
     if not isinstance(frames, Iterable) or isinstance(frames, (bytes, dict)):

@@ -334,3 +334,23 @@ def test_labels_of_inputs_of_one_name_are_read_back(tmp_path, monkeypatch):
     with sources.open(["p.png", "../day2/p.png"], instances="../labels.json") as source:
         rows = [float(np.nonzero(frame.instances)[0].mean()) for frame in source]
     assert rows == pytest.approx([50, 80], abs=0.5)
+
+
+def test_what_the_values_of_a_mask_are_is_said_before_it_is_read(tmp_path):
+    soft = mask(size=(100, 640))
+    soft[:, 215:425] = soft[:, 215:425] // 255 * 100
+    paths = [save(tmp_path / name, soft) for name in ("a.jpg", "a.png")]
+    np.save(tmp_path / "a.npy", np.float32(soft / 255.0)[None])
+
+    def count(path, *arguments):
+        (line,) = lines(run("detect", path, *arguments))
+        return len(line["detections"])
+
+    assert [count(path, "--mask-is", "probability") for path in paths] == [1, 1]
+    assert count(paths[0], "--mask-is", "binary") == 2
+    assert count(tmp_path / "a.npy", "--mask-is", "binary") == 1
+    photo_path = save(tmp_path / "photo.png", np.dstack([soft, soft, 255 - soft]))
+    assert count(photo_path, "--masks", paths[0], "--mask-is", "probability") == 1
+    assert count(photo_path, "--masks", tmp_path / "a.npy", "--mask-is", "binary") == 1
+    refused = run("detect", paths[0], "--mask-is", "labels", code=1).stderr
+    assert "a.jpg: a lossy codec changes numbers: save labels as PNG" in refused

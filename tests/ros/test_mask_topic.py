@@ -187,6 +187,22 @@ def test_a_maker_takes_two_messages():
     assert (frame.mask == bags.mask_of(0)).all()
 
 
+def test_the_values_of_a_mask_are_what_is_said_of_them(tmp_path):
+    soft = np.full(bags.SIZE, 100, np.uint8)
+    jpeg = bags.compressed(bags.encoded(soft, ".jpg"), "jpeg", bags.stamp_of(0))
+    path = written(tmp_path, [(MASKS, bags.stamp_of(0), jpeg)])
+    with sources.open(path, mask_topic=MASKS, mask_is="probability") as source:
+        (frame,) = source
+    assert frame.mask_is == "probability"
+    assert (frame.mask == 100).all()
+    (frame,), _ = read(path)
+    assert not frame.mask.any()
+    frames, source = read(path, mask_is="labels")
+    assert (frames, source.skipped) == ([], 1)
+    with pytest.raises(InputError, match="mask_is must be one of"):
+        FrameMaker("/image", mask_is="soft")
+
+
 def test_on_the_command_line_masks_need_no_colour(tmp_path):
     path = written(tmp_path, masks(range(0, COUNT, 2)))
     out = tmp_path / "out.jsonl"

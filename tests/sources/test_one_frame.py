@@ -95,3 +95,10 @@ def test_an_archive_with_one_frame_is_read_by_its_key(what, key):
     np.savez("d.npz", other=DEPTH)
     with pytest.raises(SourceError, match=f"needs the array '{key}'"):
         read_beside(what, "d.npz", MASK)
+
+
+def test_a_file_is_what_is_said_of_its_values():
+    cv2.imwrite("soft.jpg", np.full((16, 16), 100, np.uint8))
+    assert read_frame("soft.jpg", mask_is="probability").mask.max() == 100
+    assert not read_frame("soft.jpg").mask.any()
+    assert read_frame("soft.jpg", mask_is="probability", as_stored=True).mask.max() == 100

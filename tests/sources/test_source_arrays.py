@@ -429,3 +429,14 @@ def test_instances_make_the_masks(tmp_path, more, kind):
     np.testing.assert_array_equal([frame.mask for frame in frames], MASKS != 0)
     assert all((frame.image is not None) == ("images" in more) for frame in frames)
     assert all((frame.depth is not None) == ("depth" in more) for frame in frames)
+
+
+@pytest.mark.parametrize("form", ["array", "npy", "npz"])
+def test_floating_point_masks_are_what_is_said_of_them(tmp_path, form):
+    stack = MASKS.astype(np.float32) * 0.3
+    np.save(tmp_path / "a.npy", stack)
+    np.savez(tmp_path / "a.npz", masks=stack)
+    where = stack if form == "array" else tmp_path / f"a.{form}"
+    for mask_is, expected in (("auto", MASKS > 1), ("probability", MASKS > 1), ("binary", MASKS > 0)):
+        with sources.open(where, mask_is=mask_is) as source:
+            np.testing.assert_array_equal([frame.is_cable for frame in source], expected)

@@ -402,3 +402,41 @@ def test_files_of_one_name_in_several_folders_are_named_by_their_paths_below_the
     assert names_of([paths[1], "a/day1/../day1/p.png"]) == ["day2/p.png", "day1/p.png"]
     assert names_of([paths[0], paths[2]]) == ["p.png", "q.png"]
     assert names_of([paths[0], paths[0]]) == ["p.png", "p.png"]
+
+
+SOFT = np.zeros((40, 120), np.uint8)
+SOFT[16:24, 10:110] = 255
+SOFT[16:24, 50:70] = 100
+"""A network's output, sure of a cable but for its middle, of which half brightness makes two pieces."""
+
+
+def test_a_probability_keeps_its_values_in_a_lossy_file(tmp_path):
+    path = save(tmp_path / "a.jpg", SOFT, cv2.IMWRITE_JPEG_QUALITY, 100)
+    frame = only(sources.open(path, mask_is="probability"))
+    assert frame.mask_is == "probability"
+    assert np.abs(frame.mask.astype(int) - SOFT).max() <= 2
+    for mask_is in ("auto", "binary"):
+        frame = only(sources.open(path, mask_is=mask_is))
+        assert frame.mask_is == mask_is
+        np.testing.assert_array_equal(frame.mask != 0, SOFT >= 128)
+
+
+def test_labels_in_a_lossy_file_are_refused(tmp_path, caplog):
+    paths = [save(tmp_path / name, SOFT // 100) for name in ("a.jpg", "b.png")]
+    with pytest.raises(SourceError, match=r"a\.jpg: a lossy codec changes numbers: save labels as PNG"):
+        only(sources.open(paths[0], mask_is="labels"))
+    with sources.open(tmp_path, mask_is="labels") as source:
+        (frame,) = source
+    assert (frame.index, frame.mask_is) == (1, "labels")
+    np.testing.assert_array_equal(frame.instances, SOFT // 100)
+    assert "a lossy codec changes numbers" in caplog.text
+
+
+@pytest.mark.parametrize("where", ["", "b.tif"])
+def test_floating_point_files_are_what_is_said_of_them(tmp_path, where):
+    for name in ("a.tif", "b.tif"):
+        save(tmp_path / name, (SOFT > 0).astype(np.float32) * 0.3)
+    for mask_is, least in (("auto", 128), ("binary", 1)):
+        with sources.open(tmp_path / where, mask_is=mask_is) as source:
+            for frame in source:
+                assert np.array_equal(frame.is_cable, SOFT > 0) == (least == 1)

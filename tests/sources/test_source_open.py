@@ -23,6 +23,8 @@ def test_wrong_where(where):
     ("options", "message"),
     [
         ({"kind": "video"}, "kind must be one of auto, image, mask, auto_image, got 'video'"),
+        ({"mask_is": "soft"}, "mask_is must be one of auto, binary, probability, labels, got 'soft'"),
+        ({"mask_is": None}, "mask_is must be one of auto, binary, probability, labels, got None"),
         ({"kind": "mask", "masks": "m"}, "kind must be 'image' where masks are given"),
         ({"fps": 0}, "positive number, got 0"),
         ({"fps": float("nan")}, "positive number"),

@@ -334,3 +334,40 @@ def test_closing_closes_both(tmp_path):
     assert list(frames) == []
     with pytest.raises(SourceError, match="closed"):
         iter(source)
+
+
+@pytest.mark.parametrize("where", ["{stem}_soft.npy", "{stem}_soft.jpg", "softs.npy"])
+def test_masks_beside_images_are_what_is_said_of_them_and_occluders_as_ever(folder, where):
+    soft = np.repeat(np.array([[0, 40, 200]], np.uint8), 8, 0).repeat(8, 1)
+    stems = ("img1", "img2", "img10")
+    for stem in stems:
+        save(folder / f"{stem}.png", np.dstack([soft, soft, 255 - soft]))
+        np.save(folder / f"{stem}_soft.npy", np.float32(soft / 255.0))
+        cv2.imwrite(str(folder / f"{stem}_soft.jpg"), soft, [cv2.IMWRITE_JPEG_QUALITY, 100])
+    np.save(folder / "softs.npy", np.stack([np.float32(soft / 255.0)] * 3))
+    masks = where if "{" in where else folder / where
+    with sources.open(f"{folder}/img*[0-9].png", masks=masks, mask_is="probability") as source:
+        for frame in source:
+            assert frame.mask_is == "probability"
+            assert np.abs(frame.mask.astype(int) - soft).max() <= 2
+    cables = {"binary": soft > (100 if "jpg" in where else 0), "auto": soft > 100}
+    for mask_is, expected in cables.items():
+        with sources.open(f"{folder}/img*[0-9].png", masks=masks, mask_is=mask_is) as source:
+            assert all(np.array_equal(frame.is_cable, expected) for frame in source)
+    if "jpg" in where:
+        for mask_is in ("probability", "labels"):
+            with sources.open(f"{folder}/img*[0-9].png", occluders=masks, mask_is=mask_is) as source:
+                assert all(np.array_equal(frame.occluders, soft > 100) for frame in source)
+
+
+def test_labels_in_a_mask_give_way_to_instances_and_stay_the_mask(folder):
+    labels = np.zeros(SHAPE, np.uint8)
+    labels[1], labels[3] = 1, 2
+    for stem in ("img1", "img2", "img10"):
+        save(folder / f"{stem}_mask.png", labels)
+        save(folder / f"{stem}_one.png", labels // 2)
+    options = {"masks": "{stem}_mask.png", "instances": "{stem}_one.png", "depth": "{stem}_depth.png"}
+    with sources.open(folder, mask_is="labels", **options) as source:
+        for frame in source:
+            np.testing.assert_array_equal(frame.mask, labels)
+            np.testing.assert_array_equal(frame.instances, labels // 2)

@@ -169,3 +169,11 @@ def test_masks_beside_a_stack_of_images(tmp_path: Path, what: str) -> None:
     with sources.open(tmp_path / "a.npy", **beside) as source:
         for frame, page in zip(source, BARS, strict=True):
             np.testing.assert_array_equal(frame.mask if what == "masks" else frame.occluders, page)
+
+
+def test_pages_are_what_is_said_of_their_values(tmp_path: Path) -> None:
+    pages = [np.full((16, 16), share, np.float32) for share in (0.3, 0.6)]
+    assert cv2.imwritemulti(str(tmp_path / "a.tif"), pages)
+    for mask_is, expected in (("auto", [False, True]), ("probability", [False, True]), ("binary", [True, True])):
+        with sources.open(tmp_path / "a.tif", mask_is=mask_is) as source:
+            assert [bool(frame.is_cable.all()) for frame in source] == expected

@@ -478,3 +478,30 @@ def test_masks_of_16_bits_are_counts(tmp_path):
     with sources.open(path, kind="mask") as source:
         for shift, frame in enumerate(source):
             np.testing.assert_array_equal(frame.mask, np.roll(labels, shift, 0))
+
+
+@pytest.mark.parametrize("pixel_format", ["gray", "bgr0"])
+def test_masks_of_8_bits_keep_their_numbers_where_the_codec_loses_none(tmp_path, pixel_format):
+    labels = np.zeros((64, 96), np.uint8)
+    labels[10:20, 10:80], labels[40:50, 10:80] = 1, 2
+    pictures = [np.dstack([np.roll(labels, shift, 0)] * 3) for shift in range(5)]
+    path = videos.write(tmp_path / "a.mkv", "ffv1", pictures=pictures, pixel_format=pixel_format)
+    for mask_is in ("auto", "labels"):
+        with sources.open(path, kind="mask", mask_is=mask_is) as source:
+            for shift, frame in enumerate(source):
+                np.testing.assert_array_equal(frame.mask, np.roll(labels, shift, 0))
+                assert (frame.instances is None) == (mask_is == "auto")
+
+
+@pytest.mark.parametrize(("name", "codec"), [("a.mp4", "libx264"), ("a.mkv", "ffv1")])
+def test_masks_of_a_video_in_yuv_are_what_is_said_of_them(tmp_path, name, codec):
+    soft = np.zeros((64, 96, 3), np.uint8)
+    soft[24:40, 10:80], soft[24:40, 40:60] = 255, 100
+    path = videos.write(tmp_path / name, codec, pictures=[soft] * 5)
+    with sources.open(path, kind="mask", mask_is="probability") as source:
+        assert all(np.abs(frame.mask[28:36, 44:56].astype(int) - 100).max() <= 5 for frame in source)
+    with sources.open(path, kind="mask") as source:
+        assert all(not frame.mask[28:36, 44:56].any() and frame.mask[28:36, 14:36].all() for frame in source)
+    refused = pytest.raises(SourceError, match=f"{name}: a lossy codec changes numbers: save labels as PNG")
+    with sources.open(path, kind="mask", mask_is="labels") as source, refused:
+        list(source)

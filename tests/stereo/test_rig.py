@@ -287,6 +287,20 @@ def test_images_with_masks_and_colours():
     assert np.allclose(by_colour.curve_3d.control_points, by_mask.curve_3d.control_points)
 
 
+def test_the_values_of_masks_are_what_is_said_of_them(tmp_path):
+    r = rig()
+    views = masks(r, BENT)
+    images = [np.zeros((*view.shape, 3), np.uint8) for view in views]
+    unsure = [np.float32(view) * 0.3 for view in views]
+    paths = [tmp_path / f"{number}.npy" for number in range(2)]
+    for path, view in zip(paths, unsure, strict=True):
+        np.save(path, view)
+    expected = r.detect(views)[0].curve_3d.control_points
+    for seen, options in ((unsure, {}), (paths, {}), (images, {"mask": unsure})):
+        assert np.array_equal(r.detect(seen, mask_is="binary", **options)[0].curve_3d.control_points, expected)
+        assert len(r.detect(seen, **options)) == 0
+
+
 def test_pictures_are_read_as_stored(tmp_path):
     pytest.importorskip("PIL")
     from picture_files import pillow  # which needs it

@@ -140,6 +140,7 @@ class TrackNode(Node):
         self._maker = FrameMaker(
             topic,
             kind=kind_for("auto", segmented=self._pipeline.segments_images),
+            mask_is=self._pipeline.config.segmentation.mask_is,
             rectified=Topics(Topic(topic, IMAGE_TYPE)).is_rectified,
             depth_unit_m=self._asked.depth_unit,
         )

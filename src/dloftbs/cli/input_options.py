@@ -160,10 +160,11 @@ class InputOptions:
         fps: float | None = None,
         *,
         segmented: bool,
+        mask_is: str,
         jobs: int = 1,
         keep_messages: bool = False,
     ) -> Source:
-        """Open an input with these options; `jobs` and `keep_messages` are those of `sources.open`.
+        """Open an input with these options; `mask_is`, `jobs` and `keep_messages` are those of `sources.open`.
 
         Where frames are `segmented` by a colour, grey ones are images unless --kind says otherwise.
 
@@ -178,6 +179,7 @@ class InputOptions:
         source = sources.open(
             where,
             kind=kind_for(self.kind, segmented=segmented),
+            mask_is=mask_is,
             depth=self.depth,
             masks=self.masks,
             occluders=self.occluders,

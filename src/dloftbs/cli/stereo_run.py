@@ -75,6 +75,7 @@ class StereoRun(FollowedStream[Pair]):
                     path,
                     options.fps,
                     segmented=segmented,
+                    mask_is=options.config.segmentation.mask_is,
                     jobs=max(cores() // len(inputs), 1),
                     keep_messages=options.keep_messages,
                 )

@@ -42,6 +42,7 @@ class StreamRun(FollowedStream[Frame]):
             where,
             options.fps,
             segmented=options.config.segmentation.needs_image,
+            mask_is=options.config.segmentation.mask_is,
             jobs=jobs,
             keep_messages=options.keep_messages,
         )

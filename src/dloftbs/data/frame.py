@@ -214,9 +214,9 @@ def as_frame(
         )
     array = given if type(given) is np.ndarray else as_pixels("the frame", given, "any")
     if looks_like_image(array):
-        return Frame(image=array, index=index)
+        return Frame(image=array, index=index, mask_is=mask_is)
     if grey_as_image and array.dtype != np.bool_:
-        return Frame(image=_from_grey(array), index=index)
+        return Frame(image=_from_grey(array), index=index, mask_is=mask_is)
     return Frame(mask=array, index=index, mask_is=mask_is)
 
 

@@ -82,6 +82,8 @@ class BagSource(Source):
         As `choose_topics` has them.
     kind : {"auto", "image", "mask", "auto_image"}
         "auto" takes images of one channel for masks, "auto_image" for images. With `mask_topic`, all are images.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     camera : PinholeCamera, optional
         Takes the place of what the recording says.
     registration : DepthRegistration, optional
@@ -120,6 +122,7 @@ class BagSource(Source):
         info_topic: str | None = None,
         mask_topic: str | None = None,
         kind: Kind = "auto",
+        mask_is: str = "auto",
         camera: PinholeCamera | None = None,
         registration: DepthRegistration | None = None,
         depth_unit_m: float = MILLIMETRE_M,
@@ -141,6 +144,7 @@ class BagSource(Source):
         self._recording = Recording(path)
         self.name = str(path)
         self._kind: Kind = kind
+        self._mask_is = mask_is
         self._camera = camera
         self._registration = registration
         self._depth_unit_m = depth_unit_m
@@ -217,6 +221,7 @@ class BagSource(Source):
         return FrameMaker(
             self.name,
             kind=self._kind,
+            mask_is=self._mask_is,
             rectified=topics.is_rectified,
             camera=self._camera,
             registration=self._registration,

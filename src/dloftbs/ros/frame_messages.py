@@ -23,6 +23,7 @@ from dloftbs.support.values import (
     check_all,
     check_flag,
     check_integer,
+    check_mask_kind,
     check_number,
     check_text,
     check_type,
@@ -79,6 +80,8 @@ class FrameMaker:
     kind : {"auto", "image", "mask", "auto_image"}
         "auto" takes one channel for a mask, whose values `Frame` reads (`mask_is`); colour is an image. "auto_image"
         takes both for images.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     rectified : bool
         Whether the images are rectified (see `camera_of`).
     camera : PinholeCamera, optional
@@ -106,6 +109,7 @@ class FrameMaker:
         where: str,
         *,
         kind: Kind = "auto",
+        mask_is: str = "auto",
         rectified: bool = False,
         camera: PinholeCamera | None = None,
         registration: DepthRegistration | None = None,
@@ -121,6 +125,7 @@ class FrameMaker:
         if registration is not None:
             check_type("registration", registration, DepthRegistration)
         self._kind: Kind = "image" if kind == GREY_AS_IMAGE else kind
+        self._mask_is = check_mask_kind(mask_is)
         self._rectified = check_flag("rectified", rectified)
         self._camera = camera if registration is None else registration.colour_camera
         self._is_fixed = self._camera is not None
@@ -168,7 +173,7 @@ class FrameMaker:
         ----------
         image : sensor_msgs/Image or sensor_msgs/CompressedImage
         mask : sensor_msgs/Image or sensor_msgs/CompressedImage, optional
-            Of the same moment; `Frame` reads its values (`mask_is`). What comes in `image` is then an image, also with
+            Of the same moment; its values are what `mask_is` says. What comes in `image` is then an image, also with
             one channel.
 
         Raises
@@ -177,10 +182,10 @@ class FrameMaker:
             If one cannot be converted.
         """
         if mask is None:
-            return _read(image, self._kind)
-        picture, _ = _read(image, "image")
+            return _read(image, self._kind, self._mask_is)
+        picture, _ = _read(image, "image", self._mask_is)
         try:
-            no_mask, pixels = _read(mask, "auto")
+            no_mask, pixels = _read(mask, "auto", self._mask_is)
         except InputError as error:
             raise InputError(f"its mask: {error}") from error
         if no_mask is not None:
@@ -233,6 +238,7 @@ class FrameMaker:
             stamp=stamp,
             name=name,
             depth_unit_m=self._depth_unit_m,
+            mask_is=self._mask_is,
             frame_id=frame_id_of(image),
             stamp_ns=stamp_ns,
             recorded=recorded,
@@ -285,7 +291,7 @@ class FrameMaker:
             logger.warning("%s: %s", self._where, text)
 
 
-def _read(message: Any, kind: Kind) -> ImageAndMask:
+def _read(message: Any, kind: Kind, mask_is: str) -> ImageAndMask:
     """Return the image or the mask of a message."""
     pixels = pixels_of(message)
     if kind == "image":
@@ -293,7 +299,7 @@ def _read(message: Any, kind: Kind) -> ImageAndMask:
     if kind == "auto":
         kind = "mask" if pixels.ndim == 2 else "image"
     try:
-        return image_or_mask(pixels, kind, lossy=is_from_lossy_codec(message))
+        return image_or_mask(pixels, kind, mask_is, lossy=is_from_lossy_codec(message))
     except SourceError as error:
         raise InputError(str(error)) from error
 

@@ -46,7 +46,16 @@ from dloftbs.sources.tiff_stack import PageSource, open_pages
 from dloftbs.sources.unreadable import check_format
 from dloftbs.sources.video import LiveSource, VideoSource
 from dloftbs.support.array_likes import as_pixels, is_array_like
-from dloftbs.support.values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, check_path, shown
+from dloftbs.support.values import (
+    DEPTH_UNITS_M,
+    MILLIMETRE_M,
+    as_float,
+    check_flag,
+    check_mask_kind,
+    check_number,
+    check_path,
+    shown,
+)
 
 __all__ = [
     "AnimationSource",
@@ -73,6 +82,7 @@ def open(
     where: Where,
     *,
     kind: Kind = "auto",
+    mask_is: str = "auto",
     depth: PathLike | None = None,
     masks: PathLike | None = None,
     occluders: PathLike | None = None,
@@ -104,11 +114,14 @@ def open(
     kind : {"auto", "image", "mask", "auto_image"}
         Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, whose values
         `Frame` reads (`mask_is`); other files, videos, animations and cameras are images; arrays are what their shape
-        or key says. In masks from JPEG, AVIF, lossy WebP and video, cable begins at half brightness, since their codecs
-        ring around edges. In PNG files of indexed colour that are masks, index 0 is ground, any other cable, whatever
-        their colours; with "auto" they are masks if index 0 is black and the most frequent of at most 32 in the image,
-        as labels have it, or if all colours are grey. "auto_image": as "auto", but files and arrays of one channel are
+        or key says. In PNG files of indexed colour that are masks, index 0 is ground, any other cable, whatever their
+        colours; with "auto" they are masks if index 0 is black and the most frequent of at most 32 in the image, as
+        labels have it, or if all colours are grey. "auto_image": as "auto", but files and arrays of one channel are
         images too, for frames whose masks a colour is to make; arrays of bool, and `masks` in a .npz file, stay masks.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it; occluders are always "auto". In masks from JPEG, AVIF, lossy
+        WebP and most videos, cable begins at half brightness, since their codecs ring around edges. Only a
+        "probability" keeps its values there, and "labels" are refused.
     depth : str or path, optional
         Depth registered to the frames: a folder, a glob, a .npy or a .npz file (key `depth`) or a TIFF with as many
         frames, or a video of one channel of 16 bits; or a naming rule such as ``"{stem}_depth.png"`` or
@@ -164,7 +177,7 @@ def open(
         If there is nothing there, it cannot be opened, or depth, masks or occluders differ from the frames in number;
         where a video has to be read to count its frames, there is a warning at its end.
     """
-    _check_options(kind, masks, fps, jobs)
+    _check_options(kind, mask_is, masks, fps, jobs)
     check_flag("keep_messages", keep_messages)
     _check_paths(where, depth, masks, occluders, instances)
     camera, registration = _cameras(camera, registration)
@@ -188,7 +201,7 @@ def open(
         given = [*paired, *(["registration"] if registration else [])]
         if given:
             raise InputError(f"{' and '.join(given)} cannot go with a camera or a stream")
-        return LiveSource(live, kind=kind, camera=camera, fps=fps)
+        return LiveSource(live, kind=kind, mask_is=mask_is, camera=camera, fps=fps)
     rules: dict[What, str] = {what: text for what, text in paired.items() if is_rule(text)}
     # Depth of its own replaces that of a stack.
     own_registration = None if depth is not None else registration
@@ -196,22 +209,23 @@ def open(
     recording = _recording(where, topics)
     if recording is None:
         upright = camera is None and not paired  # all that stands beside a picture is for its pixels as stored
-        opening = _Opening(kind, camera, fps, rules, own_registration, depth_unit_m, jobs, upright)
+        opening = _Opening(kind, mask_is, camera, fps, rules, own_registration, depth_unit_m, jobs, upright)
         source = _open_recorded(where, opening)
     else:
         source = _open_ros(
-            recording, topics, kind, camera, own_registration, depth_unit_m, fps, depth is None, keep_messages
+            recording, topics, kind, mask_is, camera, own_registration, depth_unit_m, fps, depth is None, keep_messages
         )
     if registration is not None and depth is None and not source.has_depth:
         source.close()
         raise InputError("a registration needs depth to be registered; there is none")
-    return _pair(source, paired, registration, depth_unit_m) if paired else source
+    return _pair(source, paired, mask_is, registration, depth_unit_m) if paired else source
 
 
 class _Opening(NamedTuple):
     """Arguments of `open` for frames in files and arrays, checked."""
 
     kind: Kind
+    mask_is: str
     camera: PinholeCamera | None
     fps: float | None
     rules: dict[What, str]
@@ -237,6 +251,7 @@ def _open_ros(
     path: Path,
     topics: dict[str, str | None],
     kind: Kind,
+    mask_is: str,
     camera: PinholeCamera | None,
     registration: DepthRegistration | None,
     depth_unit_m: float,
@@ -253,6 +268,7 @@ def _open_ros(
         info_topic=topics["info_topic"],
         mask_topic=topics["mask_topic"],
         kind=kind,
+        mask_is=mask_is,
         camera=camera,
         registration=registration,
         depth_unit_m=depth_unit_m,
@@ -280,13 +296,17 @@ def _cameras(
 
 
 def _pair(
-    source: Source, paired: dict[What, str], registration: DepthRegistration | None, depth_unit_m: float
+    source: Source,
+    paired: dict[What, str],
+    mask_is: str,
+    registration: DepthRegistration | None,
+    depth_unit_m: float,
 ) -> Source:
     if isinstance(source, ObjectFileSource):  # it has read its own
         paired = {what: text for what, text in paired.items() if what != "instances"}
     beside = source.paths if isinstance(source, (FileSource, ObjectFileSource)) else None
     try:
-        partners = {what: open_partner(what, text, beside) for what, text in paired.items()}
+        partners = {what: open_partner(what, text, beside, mask_is) for what, text in paired.items()}
         return PairedSource(source, partners, registration, depth_unit_m)
     except DloftbsError:
         source.close()
@@ -294,11 +314,11 @@ def _pair(
 
 
 def _open_recorded(where: Where, given: _Opening) -> Source:
-    kind, camera, fps, _, registration, depth_unit_m, jobs, upright = given
+    kind, mask_is, camera, fps, _, registration, depth_unit_m, jobs, upright = given
     if isinstance(where, np.ndarray):
-        return from_array(where, "array", kind, camera, fps)
+        return from_array(where, "array", kind, mask_is, camera, fps)
     if isinstance(where, str) and where == STANDARD_INPUT:
-        return open_standard_input(kind, camera, fps, registration, depth_unit_m, upright)
+        return open_standard_input(kind, mask_is, camera, fps, registration, depth_unit_m, upright)
     if isinstance(where, (str, os.PathLike)):
         return _open_path(Path(os.path.expanduser(where)), given)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
@@ -306,42 +326,51 @@ def _open_recorded(where: Where, given: _Opening) -> Source:
     paths = [Path(os.path.expanduser(item)) for item in where]
     for path in paths:
         _check_exists(path)
-    return FileSource(paths, f"{len(paths)} files", kind=kind, camera=camera, fps=fps, jobs=jobs, upright=upright)
+    return FileSource(
+        paths,
+        f"{len(paths)} files",
+        kind=kind,
+        mask_is=mask_is,
+        camera=camera,
+        fps=fps,
+        jobs=jobs,
+        upright=upright,
+    )
 
 
 def _open_path(path: Path, given: _Opening) -> Source:
-    kind, camera, fps, _, registration, depth_unit_m, _, upright = given
+    kind, mask_is, camera, fps, _, registration, depth_unit_m, _, upright = given
     if is_glob(str(path)) or os.path.isdir(path):
         return _open_folder(str(path), given)
     _check_exists(path)
-    animation = open_animation(path, kind=kind, camera=camera, fps=fps)
+    animation = open_animation(path, kind=kind, mask_is=mask_is, camera=camera, fps=fps)
     if animation is not None:
         return animation
-    pages = open_pages(path, kind=kind, camera=camera, fps=fps, upright=upright)
+    pages = open_pages(path, kind=kind, mask_is=mask_is, camera=camera, fps=fps, upright=upright)
     if pages is not None:
         return pages
     if path.suffix.lower() in STACK_EXTENSIONS:
-        return from_file(path, kind, camera, fps, registration, depth_unit_m)
+        return from_file(path, kind, mask_is, camera, fps, registration, depth_unit_m)
     if is_image_file(path):
-        return FileSource([path], str(path), kind=kind, camera=camera, fps=fps, upright=upright)
+        return FileSource([path], str(path), kind=kind, mask_is=mask_is, camera=camera, fps=fps, upright=upright)
     check_format(path)
-    return VideoSource(path, kind=kind, camera=camera, fps=fps)
+    return VideoSource(path, kind=kind, mask_is=mask_is, camera=camera, fps=fps)
 
 
 def _open_folder(where: str, given: _Opening) -> Source:
     """Open a folder or a glob."""
-    kind, camera, fps, rules, _, _, jobs, upright = given
+    kind, mask_is, camera, fps, rules, _, _, jobs, upright = given
     of_objects = rules.get("instances")
     groups = None if of_objects is None else group_by_frame(where, of_objects, [*rules.values()])
     if of_objects is not None and groups is not None:
-        return ObjectFileSource(groups, of_objects, where, camera=camera, fps=fps)
+        return ObjectFileSource(groups, of_objects, where, mask_is=mask_is, camera=camera, fps=fps)
     paths = without_drawn(list_files(where, IMAGE_EXTENSIONS), where)
     for rule in rules.values():
         paths = without_partners(paths, rule)
     if not paths:
         raise SourceError(f"{where}: every image is the partner of another under {' and '.join(rules.values())}")
     warn_of_labels(paths, where)
-    return FileSource(paths, where, kind=kind, camera=camera, fps=fps, jobs=jobs, upright=upright)
+    return FileSource(paths, where, kind=kind, mask_is=mask_is, camera=camera, fps=fps, jobs=jobs, upright=upright)
 
 
 def _check_exists(path: Path) -> None:
@@ -384,8 +413,9 @@ def _path_text(what: str, where: object) -> str:
     return os.fspath(where)
 
 
-def _check_options(kind: object, masks: object, fps: object, jobs: object) -> None:
+def _check_options(kind: object, mask_is: object, masks: object, fps: object, jobs: object) -> None:
     check_kind(kind)
+    check_mask_kind(mask_is)
     if masks is not None and kind == "mask":
         raise InputError("kind must be 'image' where masks are given, got 'mask'")
     rate = as_float(fps)

@@ -40,6 +40,8 @@ class AnimationSource(Source):
         Name of the frames, before their number.
     kind : {"auto", "image", "mask"}
         "auto" is "image".
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional
@@ -58,6 +60,7 @@ class AnimationSource(Source):
         label: str,
         *,
         kind: Kind = "auto",
+        mask_is: str = "auto",
         camera: PinholeCamera | None = None,
         fps: float | None = None,
     ) -> None:
@@ -77,6 +80,7 @@ class AnimationSource(Source):
         self._data = data
         self._label = label
         self._kind: Kind = "mask" if kind == "mask" else "image"
+        self._mask_is = mask_is
         self._camera = camera
         self._piece = max(1, _MAX_PIXELS // max(rows * columns, 1))
 
@@ -99,14 +103,22 @@ class AnimationSource(Source):
         for count, (pixels, alpha) in enumerate(self._decoded(), 1):
             index = count - 1
             try:
-                image, mask = image_or_mask(pixels, self._kind, lossy=lossy, alpha=alpha)
+                image, mask = image_or_mask(pixels, self._kind, self._mask_is, lossy=lossy, alpha=alpha)
             except SourceError as error:
                 raise SourceError(f"{self.name}: {error}") from error
             if image is not None and not left_out and telling(pixels, alpha) is not None:
                 left_out = True
                 logger.warning("%s: %s", self.name, LEFT_OUT)
             stamp, name = self._stamps[index], f"{self._label}#{index}"
-            yield Frame(image=image, mask=mask, camera=self._camera, index=index, stamp=stamp, name=name)
+            yield Frame(
+                image=image,
+                mask=mask,
+                camera=self._camera,
+                index=index,
+                stamp=stamp,
+                name=name,
+                mask_is=self._mask_is,
+            )
             if self._closed:
                 return
         if count == 0:
@@ -139,7 +151,12 @@ class AnimationSource(Source):
 
 
 def open_animation(
-    path: Path, *, kind: Kind = "auto", camera: PinholeCamera | None = None, fps: float | None = None
+    path: Path,
+    *,
+    kind: Kind = "auto",
+    mask_is: str = "auto",
+    camera: PinholeCamera | None = None,
+    fps: float | None = None,
 ) -> AnimationSource | None:
     """Open an image file as an animation; None where it is none, or cannot be read.
 
@@ -159,7 +176,7 @@ def open_animation(
     data = read_bytes(path)
     if len(read_durations(data)) < 2:
         return None
-    return AnimationSource(data, str(path), path.name, kind=kind, camera=camera, fps=fps)
+    return AnimationSource(data, str(path), path.name, kind=kind, mask_is=mask_is, camera=camera, fps=fps)
 
 
 def _stamps(durations: tuple[float, ...], fps: float | None) -> list[float | None]:

@@ -40,6 +40,8 @@ class FileSource(PictureStream):
     name : str
     kind : {"auto", "image", "mask"}
         Kind of the files; "auto" decides for each by its content.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional
@@ -56,12 +58,13 @@ class FileSource(PictureStream):
         name: str,
         *,
         kind: Kind = "auto",
+        mask_is: str = "auto",
         camera: PinholeCamera | None = None,
         fps: float | None = None,
         jobs: int = 1,
         upright: bool = False,
     ) -> None:
-        super().__init__(name, frame_names(paths), camera=camera, fps=fps)
+        super().__init__(name, frame_names(paths), mask_is=mask_is, camera=camera, fps=fps)
         self.paths = tuple(paths)
         self._kind = kind
         self._jobs = jobs
@@ -89,7 +92,7 @@ class FileSource(PictureStream):
 
     def _read(self, path: Path) -> Picture | SourceError:
         try:
-            return read_picture(path, self._kind, upright=self._upright)
+            return read_picture(path, self._kind, self._mask_is, upright=self._upright)
         except SourceError as error:
             return error
 

@@ -121,6 +121,8 @@ class ObjectFileSource(PictureStream):
     rule : str
         That named them.
     name : str
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional
@@ -138,10 +140,11 @@ class ObjectFileSource(PictureStream):
         rule: str,
         name: str,
         *,
+        mask_is: str = "auto",
         camera: PinholeCamera | None = None,
         fps: float | None = None,
     ) -> None:
-        super().__init__(name, list(groups), camera=camera, fps=fps)
+        super().__init__(name, list(groups), mask_is=mask_is, camera=camera, fps=fps)
         self.paths = tuple(files[0].with_name(f"{stem}.png") for stem, files in groups.items())
         self._groups = tuple(groups.values())
         self._rule = rule

@@ -20,7 +20,9 @@ from dloftbs.support.arrays import AnyArray
 from dloftbs.support.values import shown
 
 
-def read_frame(where: str | os.PathLike[str], kind: Kind = "auto", *, as_stored: bool = False) -> Frame:
+def read_frame(
+    where: str | os.PathLike[str], kind: Kind = "auto", mask_is: str = "auto", *, as_stored: bool = False
+) -> Frame:
     """Read the frame of a file that holds one, as `sources.open` does: `as_stored`, if a camera or depth goes with it.
 
     Raises
@@ -36,9 +38,9 @@ def read_frame(where: str | os.PathLike[str], kind: Kind = "auto", *, as_stored:
         if os.path.exists(os.path.expanduser(text)) or "://" in text or text.isdecimal():
             raise InputError(f"expected the file of one picture, got {shown(text)}; {remedy}")
         raise SourceError(f"there is no file {shown(text)}")
-    source = sources.open(text if text == STANDARD_INPUT else Path(text), kind=kind)
+    source = sources.open(text if text == STANDARD_INPUT else Path(text), kind=kind, mask_is=mask_is)
     if as_stored and isinstance(source, FileSource):
-        source = FileSource(source.paths, source.name, kind=kind)
+        source = FileSource(source.paths, source.name, kind=kind, mask_is=mask_is)
     with source:
         frames = list(islice(source, 2))
     if len(frames) > 1:

@@ -34,12 +34,6 @@ from dloftbs.support.values import MILLIMETRE_M
 What = Literal["depth", "mask", "occluders", "instances"]
 """Values that go with a frame, by the names of its fields."""
 
-_READERS: dict[What, Callable[[Path], AnyArray]] = {
-    "depth": read_depth,
-    "mask": read_mask,
-    "occluders": read_mask,
-    "instances": read_labels,
-}
 _STACK_KEYS: dict[What, str] = {"depth": "depth", "mask": "masks", "occluders": "occluders", "instances": "instances"}
 
 
@@ -231,11 +225,15 @@ def _give(frame: Frame, what: What, array: AnyArray | None) -> Frame:
         case "occluders":
             return replace(frame, occluders=array)
         case "instances":
-            is_their_mask = frame.instances is not None and np.array_equal(frame.mask != 0, frame.instances != 0)
+            is_their_mask = (
+                frame.mask_is != "labels"
+                and frame.instances is not None
+                and np.array_equal(frame.mask != 0, frame.instances != 0)
+            )
             return replace(frame, instances=array, mask=None if is_their_mask and array is not None else frame.mask)
 
 
-def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partner:
+def open_partner(what: What, where: str, beside: Sequence[Path] | None, mask_is: str = "auto") -> Partner:
     """Open depth, masks, occluders or instances.
 
     Parameters
@@ -249,6 +247,8 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
         annotations (`object_reads`).
     beside : sequence of Path or None
         The colour files, None where the source is something else.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it; those of occluders are always "auto".
 
     Raises
     ------
@@ -257,6 +257,8 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     SourceError
         If there is nothing there, or it cannot be read.
     """
+    if what == "occluders":
+        mask_is = "auto"
     if what != "depth" and (holds_objects(where) or (what == "instances" and is_rule(where))):
         reads = object_reads(where, beside)
         return _Files(what, reads if what == "instances" else [partial(_union, read) for read in reads])
@@ -265,30 +267,30 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     if is_rule(where):
         if beside is None:
             raise InputError(f"{what}: the naming rule {where!r} needs colour frames in files of their own")
-        return _files(what, [partner_of(path, where) for path in beside])
+        return _files(what, [partner_of(path, where) for path in beside], mask_is)
     path = Path(os.path.expanduser(where))
     if is_glob(str(path)) or os.path.isdir(path):
         files = list_files(str(path), (*IMAGE_EXTENSIONS, ".pfm", ".npy"))
-        return _files(what, files if beside is None else partners_in_folder(beside, files, where))
-    return _open_file(what, where, path)
+        return _files(what, files if beside is None else partners_in_folder(beside, files, where), mask_is)
+    return _open_file(what, where, path, mask_is)
 
 
-def _open_file(what: What, where: str, path: Path) -> Partner:
+def _open_file(what: What, where: str, path: Path, mask_is: str) -> Partner:
     """Open one file."""
     check_place(path, f"{what}: there is no file or folder {where!r}, and it is no naming rule with {STEM}")
     if path.suffix.lower() in STACK_EXTENSIONS:
         return _Stacked(_open_stack(path, _STACK_KEYS[what]))
-    pages = open_pages(path, kind="mask")
+    pages = open_pages(path, kind="mask", mask_is=mask_is)
     if pages is not None:
         read = pages.read_depth if what == "depth" else pages.read_mask
         return _Files(what, [partial(_of_any_size, partial(read, page)) for page in range(pages.count)])
     check_format(path)
     if what == "instances" and not is_image_file(path):
         raise SourceError(f"{path}: instances must be image files, annotations, .npy or .npz, not a video")
-    animation = open_animation(path, kind="mask")
+    animation = open_animation(path, kind="mask", mask_is=mask_is)
     if animation is None and is_image_file(path):
-        return _files(what, [path])
-    video = animation or VideoSource(path, kind="mask")
+        return _files(what, [path], mask_is)
+    video = animation or VideoSource(path, kind="mask", mask_is=mask_is)
     if what == "depth" and not (isinstance(video, VideoSource) and video.holds_counts):
         video.close()
         raise SourceError(
@@ -298,15 +300,21 @@ def _open_file(what: What, where: str, path: Path) -> Partner:
     return StreamPartner(what, video)
 
 
-def _files(what: What, paths: Sequence[Path | None]) -> _Files:
-    return _Files(what, [partial(_of_any_size, partial(_read_file, what, path)) for path in paths])
+def _files(what: What, paths: Sequence[Path | None], mask_is: str) -> _Files:
+    return _Files(what, [partial(_of_any_size, partial(_read_file, what, path, mask_is)) for path in paths])
 
 
-def _read_file(what: What, path: Path | None) -> AnyArray:
+def _read_file(what: What, path: Path | None, mask_is: str = "auto") -> AnyArray:
     """Return what a file holds; None stands for one that is missing in a folder."""
     if path is None:
         raise SourceError("no file of the folder has its name")
-    return _READERS[what](path)
+    match what:
+        case "depth":
+            return read_depth(path)
+        case "instances":
+            return read_labels(path)
+        case "mask" | "occluders":
+            return read_mask(path, mask_is)
 
 
 def _of_any_size(read: Callable[[], AnyArray], _size: Size) -> AnyArray:
@@ -329,7 +337,7 @@ def read_partner(what: What, path: Path) -> AnyArray:
     """
     check_place(path, f"{what}: there is no file {str(path)!r}")
     if path.suffix.lower() not in STACK_EXTENSIONS:
-        return _READERS[what](path)
+        return _read_file(what, path)
     stack = _open_stack(path, _STACK_KEYS[what])
     try:
         array = stack[0] if stack.shape[0] == 1 else None

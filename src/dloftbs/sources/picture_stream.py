@@ -22,6 +22,8 @@ class PictureStream(Source):
     name : str
     labels : sequence of str
         Names of the frames.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional
@@ -29,12 +31,19 @@ class PictureStream(Source):
     """
 
     def __init__(
-        self, name: str, labels: Sequence[str], *, camera: PinholeCamera | None = None, fps: float | None = None
+        self,
+        name: str,
+        labels: Sequence[str],
+        *,
+        mask_is: str = "auto",
+        camera: PinholeCamera | None = None,
+        fps: float | None = None,
     ) -> None:
         self.name = name
         self.fps = fps
         self.length = len(labels)
         self._labels = labels
+        self._mask_is = mask_is
         self._camera = camera
 
     def _made(self, pictures: Iterable[Picture | SourceError]) -> Iterator[Frame]:
@@ -59,6 +68,7 @@ class PictureStream(Source):
                 index=index,
                 stamp=stamp,
                 name=label,
+                mask_is=self._mask_is,
                 instances=picture.instances,
             )
             if frame.size not in names:

@@ -10,6 +10,7 @@ from dloftbs.errors import SourceError
 from dloftbs.sources.image_header import is_lossy
 from dloftbs.sources.indexed_colour import is_indexed
 from dloftbs.sources.pixels import (
+    LOSSY_LABELS,
     as_mask,
     decode,
     first_of_many,
@@ -33,7 +34,7 @@ def read_labels(path: Path) -> AnyArray:
     try:
         data = read_bytes(path)
         if is_lossy(data):
-            raise SourceError("a lossy codec changes numbers: save labels as PNG")
+            raise SourceError(LOSSY_LABELS)
         labels = read_indices(data) if is_indexed(data) else decode(data)
     except SourceError as error:
         raise SourceError(f"{path}: {error}") from error
@@ -45,8 +46,8 @@ def read_labels(path: Path) -> AnyArray:
     return labels
 
 
-def read_mask(path: Path) -> AnyArray:
-    """Read a mask (H, W) from an image file or a .npy file.
+def read_mask(path: Path, mask_is: str = "auto") -> AnyArray:
+    """Read a mask (H, W), of which `mask_is` says what its values are, from an image file or a .npy file.
 
     Raises
     ------
@@ -54,7 +55,7 @@ def read_mask(path: Path) -> AnyArray:
         If the file cannot be read or is no mask.
     """
     if path.suffix.lower() != ".npy":
-        _, mask = read_image_or_mask(path, "mask")
+        _, mask = read_image_or_mask(path, "mask", mask_is)
         assert mask is not None  # what was asked for
         return mask
     try:

@@ -44,6 +44,9 @@ MAX_BYTES = 1 << 30
 HALF = 128
 """Lossy codecs ring around edges, so that in their 8-bit masks cable begins at half, not at 1."""
 
+LOSSY_LABELS = "a lossy codec changes numbers: save labels as PNG"
+"""Message for numbers of objects in what went through such a codec."""
+
 _MIN_GROUND = 0.25
 """Least share of the most frequent grey level in a mask.
 
@@ -84,7 +87,7 @@ class Picture(NamedTuple):
     """Label image (H, W) of the objects."""
 
 
-def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArray | None]:
+def read_image_or_mask(path: Path, kind: Kind, mask_is: str = "auto") -> tuple[AnyArray | None, AnyArray | None]:
     """Return the image and the mask of `read_picture`, as stored, and log the remarks.
 
     Raises
@@ -92,7 +95,7 @@ def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArra
     SourceError
         If the file cannot be read or is not what `kind` asks for.
     """
-    picture = read_picture(path, kind)
+    picture = read_picture(path, kind, mask_is)
     log_remarks(path, picture)
     return picture.image, picture.mask
 
@@ -103,7 +106,7 @@ def log_remarks(path: Path, picture: Picture) -> None:
         logger.warning("%s: %s", path, remark)
 
 
-def read_picture(path: Path, kind: Kind, *, upright: bool = False) -> Picture:
+def read_picture(path: Path, kind: Kind, mask_is: str = "auto", *, upright: bool = False) -> Picture:
     """Read an image file as `decode_picture` does; of an animation or several pages, the first.
 
     Raises
@@ -113,7 +116,7 @@ def read_picture(path: Path, kind: Kind, *, upright: bool = False) -> Picture:
     """
     try:
         data = read_bytes(path)
-        picture = decode_picture(data, kind, upright=upright)
+        picture = decode_picture(data, kind, mask_is, upright=upright)
     except SourceError as error:
         raise SourceError(f"{path}: {error}") from error
     return picture._replace(remarks=(*first_of_many(data), *picture.remarks))
@@ -130,16 +133,18 @@ def first_of_many(data: bytes) -> tuple[str, ...]:
     return ()
 
 
-def decode_picture(data: bytes, kind: Kind, *, upright: bool = False) -> Picture:
+def decode_picture(data: bytes, kind: Kind, mask_is: str = "auto", *, upright: bool = False) -> Picture:
     """Decode the bytes of an image file as `image_or_mask` says.
 
-    In a mask from a lossy codec, cable begins at half brightness. In a PNG or TIFF of indexed colour that is a mask,
-    the indices count; "auto" takes one for a mask if it holds labels (`holds_labels`), or colours that are all grey.
+    In a PNG or TIFF of indexed colour that is a mask, the indices count; "auto" takes one for a mask if it holds labels
+    (`holds_labels`), or colours that are all grey.
 
     Parameters
     ----------
     data : bytes
     kind : {"auto", "image", "mask", "auto_image"}
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of a mask are.
     upright : bool
         Turn the picture as its EXIF orientation says; otherwise it is as it was stored, as the sensor gave it.
 
@@ -148,7 +153,7 @@ def decode_picture(data: bytes, kind: Kind, *, upright: bool = False) -> Picture
     SourceError
         If they cannot be decoded or are not what `kind` asks for.
     """
-    image, mask, remarks = _decoded(data, kind)
+    image, mask, remarks = _decoded(data, kind, mask_is)
     orientation = read_orientation(data)
     if orientation == AS_STORED or not upright:
         return Picture(image, mask, orientation, remarks)
@@ -156,7 +161,7 @@ def decode_picture(data: bytes, kind: Kind, *, upright: bool = False) -> Picture
     return Picture(image, mask, AS_STORED, remarks)
 
 
-def _decoded(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None, tuple[str, ...]]:
+def _decoded(data: bytes, kind: Kind, mask_is: str) -> tuple[AnyArray | None, AnyArray | None, tuple[str, ...]]:
     """Return the image or the mask, and remarks."""
     if kind == GREY_AS_IMAGE:
         kind = "image"
@@ -166,7 +171,7 @@ def _decoded(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None,
             return None, indices, ()
         kind = "image"
     pixels, alpha = _with_alpha(data)
-    image, mask = image_or_mask(pixels, kind, lossy=is_lossy(data), alpha=alpha)
+    image, mask = image_or_mask(pixels, kind, mask_is, lossy=is_lossy(data), alpha=alpha)
     if mask is not None:
         return None, mask, (_NO_GROUND,) if alpha is None and _lacks_ground(pixels) else ()
     return image, None, (LEFT_OUT,) if telling(pixels, alpha) is not None else ()
@@ -311,7 +316,7 @@ def check_pixels(rows: int, columns: int) -> None:
 
 
 def image_or_mask(
-    pixels: AnyArray, kind: Kind, *, lossy: bool, alpha: AnyArray | None = None
+    pixels: AnyArray, kind: Kind, mask_is: str = "auto", *, lossy: bool, alpha: AnyArray | None = None
 ) -> tuple[AnyArray | None, AnyArray | None]:
     """Return ``(image, None)`` or ``(None, mask)``.
 
@@ -322,24 +327,27 @@ def image_or_mask(
     pixels : numpy.ndarray, shape (H, W) or (H, W, 3)
     kind : {"auto", "image", "mask"}
         "auto" takes one channel, or channels that are all equal, for a mask.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of a mask are.
     lossy : bool
-        In 8-bit masks, cable begins at half brightness rather than at 1.
+        In 8-bit masks, cable begins at half brightness rather than at 1, unless they are a probability.
     alpha : numpy.ndarray, shape (H, W), optional
         The alpha channel.
 
     Raises
     ------
     SourceError
-        If the pixels do not suit the kind, or the alpha channel of a mask is another mask.
+        If the pixels do not suit the kind, the alpha channel of a mask is another mask, or 8-bit labels went through a
+        lossy codec.
     """
     alpha = telling(pixels, alpha)
     if alpha is not None and kind != "image" and is_one_colour(pixels, alpha):
-        return None, _to_mask(alpha, lossy=lossy)
+        return None, _to_mask(alpha, mask_is, lossy=lossy)
     if kind == "image" or (kind == "auto" and not _is_grey(pixels)):
         return _to_image(pixels), None
-    mask = _to_mask(pixels, lossy=lossy)
+    mask = _to_mask(pixels, mask_is, lossy=lossy)
     if alpha is not None:
-        _check_alike(mask, _to_mask(alpha, lossy=lossy))
+        _check_alike(mask, _to_mask(alpha, mask_is, lossy=lossy))
     return None, mask
 
 
@@ -353,14 +361,18 @@ def _check_alike(colour: AnyArray, alpha: AnyArray) -> None:
     )
 
 
-def _to_mask(pixels: AnyArray, *, lossy: bool) -> AnyArray:
+def _to_mask(pixels: AnyArray, mask_is: str, *, lossy: bool) -> AnyArray:
     if pixels.dtype.kind == "f" and _is_grey(pixels):
         return as_mask(pixels if pixels.ndim == 2 else pixels[..., 0])
     if not is_countable(pixels.dtype):
         raise SourceError(f"a mask must be bool or integer, any non-zero being cable, got {pixels.dtype}")
     if pixels.ndim == 3:
-        pixels = pixels[..., 0] | pixels[..., 1] | pixels[..., 2]
-    return pixels >= HALF if lossy and pixels.dtype == np.uint8 else pixels
+        pixels = np.maximum(np.maximum(pixels[..., 0], pixels[..., 1]), pixels[..., 2])
+    if not lossy or pixels.dtype != np.uint8 or mask_is == "probability":
+        return pixels
+    if mask_is == "labels":
+        raise SourceError(LOSSY_LABELS)
+    return pixels >= HALF
 
 
 def as_mask(pixels: AnyArray) -> AnyArray:

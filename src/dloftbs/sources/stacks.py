@@ -56,6 +56,8 @@ class ArraySource(Source):
     kind : {"auto", "image", "mask"}
         "auto" takes images for images and masks for masks. Where both are given, "image" and "mask" leave the other
         out; where one is given, it is turned into the kind asked for.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional
@@ -82,6 +84,7 @@ class ArraySource(Source):
         instances: Stack | None = None,
         stamps: npt.ArrayLike | None = None,
         kind: Kind = "auto",
+        mask_is: str = "auto",
         camera: PinholeCamera | None = None,
         fps: float | None = None,
         registration: DepthRegistration | None = None,
@@ -109,6 +112,7 @@ class ArraySource(Source):
             )
         self.has_depth = "depth" in self._stacks
         self._kind = kind
+        self._mask_is = mask_is
         self._camera = camera
         self._registration = registration
         self._depth_unit_m = depth_unit_m
@@ -155,6 +159,7 @@ class ArraySource(Source):
                 stamp,
                 f"{self.name}#{index}",
                 self._depth_unit_m,
+                self._mask_is,
                 instances=instances,
             )
             if self._closed:
@@ -165,7 +170,7 @@ class ArraySource(Source):
         if len(given) != 1 or self._kind == "auto":
             return given.get("images"), given.get("masks")
         (pixels,) = given.values()
-        return image_or_mask(pixels if "images" in given else plane_of(pixels), self._kind, lossy=False)
+        return image_or_mask(pixels if "images" in given else plane_of(pixels), self._kind, self._mask_is, lossy=False)
 
     def _depth(self, index: int, pixels: AnyArray) -> AnyArray | None:
         depth = self._stacks["depth"][index] if self.has_depth else None
@@ -202,7 +207,9 @@ class ArraySource(Source):
         )
 
 
-def from_array(array: AnyArray, name: str, kind: Kind, camera: PinholeCamera | None, fps: float | None) -> ArraySource:
+def from_array(
+    array: AnyArray, name: str, kind: Kind, mask_is: str, camera: PinholeCamera | None, fps: float | None
+) -> ArraySource:
     """Open an array of images (N, H, W, 3) or masks (N, H, W); one mask may be (H, W) or (H, W, 1).
 
     Raises
@@ -219,13 +226,14 @@ def from_array(array: AnyArray, name: str, kind: Kind, camera: PinholeCamera | N
             f"an array of images must have shape (N, H, W, 3), got {array.shape}; if it is one image, pass array[None]"
         )
     if array.ndim == 4 and _size_of_planes(array.shape) is None:
-        return ArraySource(name, images=array, kind=kind, camera=camera, fps=fps)
-    return ArraySource(name, masks=array, kind=kind, camera=camera, fps=fps)
+        return ArraySource(name, images=array, kind=kind, mask_is=mask_is, camera=camera, fps=fps)
+    return ArraySource(name, masks=array, kind=kind, mask_is=mask_is, camera=camera, fps=fps)
 
 
 def from_file(
     file: File,
     kind: Kind,
+    mask_is: str,
     camera: PinholeCamera | None,
     fps: float | None,
     registration: DepthRegistration | None = None,
@@ -242,8 +250,8 @@ def from_file(
     """
     try:
         if _is_npy(file):
-            return from_array(load_npy(file), file.name, kind, camera, fps)
-        return _from_npz(file, kind, camera, fps, registration, depth_unit_m)
+            return from_array(load_npy(file), file.name, kind, mask_is, camera, fps)
+        return _from_npz(file, kind, mask_is, camera, fps, registration, depth_unit_m)
     except InputError as error:
         raise SourceError(f"{file}: {error}") from error
 
@@ -255,6 +263,7 @@ def _is_npy(file: File) -> bool:
 def _from_npz(
     file: File,
     kind: Kind,
+    mask_is: str,
     camera: PinholeCamera | None,
     fps: float | None,
     registration: DepthRegistration | None,
@@ -280,6 +289,7 @@ def _from_npz(
         **stacks,
         stamps=stamps,
         kind=kind,
+        mask_is=mask_is,
         camera=camera,
         fps=fps,
         registration=registration,

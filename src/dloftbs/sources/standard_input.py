@@ -37,6 +37,8 @@ class ImageSource(PictureStream):
         Content of the image file.
     kind : {"auto", "image", "mask"}
         As for a file.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     camera : PinholeCamera, optional
     fps : float, optional
         With it, the stamp is 0.
@@ -45,9 +47,16 @@ class ImageSource(PictureStream):
     """
 
     def __init__(
-        self, data: bytes, *, kind: Kind, camera: PinholeCamera | None, fps: float | None, upright: bool = False
+        self,
+        data: bytes,
+        *,
+        kind: Kind,
+        mask_is: str,
+        camera: PinholeCamera | None,
+        fps: float | None,
+        upright: bool = False,
     ) -> None:
-        super().__init__(_NAME, [_LABEL], camera=camera, fps=fps)
+        super().__init__(_NAME, [_LABEL], mask_is=mask_is, camera=camera, fps=fps)
         self._data = data
         self._kind = kind
         self._upright = upright
@@ -65,13 +74,14 @@ class ImageSource(PictureStream):
 
     def _pictures(self) -> Iterator[Picture]:
         try:
-            yield decode_picture(self._data, self._kind, upright=self._upright)
+            yield decode_picture(self._data, self._kind, self._mask_is, upright=self._upright)
         except SourceError as error:
             raise SourceError(f"{self.name}: {error}") from error
 
 
 def open_standard_input(
     kind: Kind,
+    mask_is: str,
     camera: PinholeCamera | None,
     fps: float | None,
     registration: DepthRegistration | None = None,
@@ -87,15 +97,17 @@ def open_standard_input(
     """
     data = _read()
     if len(read_durations(data)) > 1:
-        return AnimationSource(data, _NAME, _LABEL, kind=kind, camera=camera, fps=fps)
+        return AnimationSource(data, _NAME, _LABEL, kind=kind, mask_is=mask_is, camera=camera, fps=fps)
     pages = pages_of(data)
     if len(pages.frames) > 1:
-        return PageSource(data, pages, _NAME, _LABEL, kind=kind, camera=camera, fps=fps, upright=upright)
+        return PageSource(
+            data, pages, _NAME, _LABEL, kind=kind, mask_is=mask_is, camera=camera, fps=fps, upright=upright
+        )
     if read_size(data) is not None and not is_avif_sequence(data):
-        return ImageSource(data, kind=kind, camera=camera, fps=fps, upright=upright)
+        return ImageSource(data, kind=kind, mask_is=mask_is, camera=camera, fps=fps, upright=upright)
     file = InMemory(_LABEL, data)
     if is_npy(data) or zipfile.is_zipfile(opened(file)):
-        return from_file(file, kind, camera, fps, registration, depth_unit_m)
+        return from_file(file, kind, mask_is, camera, fps, registration, depth_unit_m)
     named = name_format(data)
     if named is not None:
         raise SourceError(f"{_NAME} must hold {_EXPECTED}; it is {named[0]}, which is not read; {named[1]}")

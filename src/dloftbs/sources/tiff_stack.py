@@ -33,6 +33,8 @@ class PageSource(PictureStream):
         Name of the frames, before their number.
     kind : {"auto", "image", "mask"}
         Kind of the pages; "auto" decides for each by its content, as for image files.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional
@@ -49,11 +51,13 @@ class PageSource(PictureStream):
         label: str,
         *,
         kind: Kind = "auto",
+        mask_is: str = "auto",
         camera: PinholeCamera | None = None,
         fps: float | None = None,
         upright: bool = False,
     ) -> None:
-        super().__init__(name, [f"{label}#{index}" for index in range(len(pages.frames))], camera=camera, fps=fps)
+        labels = [f"{label}#{index}" for index in range(len(pages.frames))]
+        super().__init__(name, labels, mask_is=mask_is, camera=camera, fps=fps)
         self._file = bytearray(data)
         self._data = cast(bytes, self._file)  # which reads alike, and is not copied for every page
         self._pages = pages.frames
@@ -115,7 +119,7 @@ class PageSource(PictureStream):
     def _read(self, index: int) -> Picture | SourceError:
         select_page(self._file, self._pages[index])
         try:
-            return decode_picture(self._data, self._kind, upright=self._upright)
+            return decode_picture(self._data, self._kind, self._mask_is, upright=self._upright)
         except SourceError as error:
             return SourceError(f"{self.name}: page {index}: {error}")
 
@@ -124,6 +128,7 @@ def open_pages(
     path: Path,
     *,
     kind: Kind = "auto",
+    mask_is: str = "auto",
     camera: PinholeCamera | None = None,
     fps: float | None = None,
     upright: bool = False,
@@ -144,7 +149,9 @@ def open_pages(
         pages = pages_of(data)
     except SourceError as error:
         raise SourceError(f"{path}: {error}") from error
-    return PageSource(data, pages, str(path), path.name, kind=kind, camera=camera, fps=fps, upright=upright)
+    return PageSource(
+        data, pages, str(path), path.name, kind=kind, mask_is=mask_is, camera=camera, fps=fps, upright=upright
+    )
 
 
 def _has_pages(path: Path) -> bool:

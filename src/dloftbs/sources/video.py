@@ -42,13 +42,27 @@ RETRY_S = 0.02
 class _PictureSource(Source):
     """An image stream, unless `kind` is "mask": a grey or a black frame does not make it a mask."""
 
-    def __init__(self, kind: Kind, camera: PinholeCamera | None) -> None:
+    _lossy = True
+
+    def __init__(self, kind: Kind, mask_is: str, camera: PinholeCamera | None) -> None:
         self._kind: Kind = "mask" if kind == "mask" else "image"
+        self._mask_is = mask_is
         self._camera = camera
 
     def _frame(self, index: int, pixels: AnyArray, stamp: float | None, name: str) -> Frame:
-        image, mask = image_or_mask(pixels, self._kind, lossy=True)
-        return Frame(image=image, mask=mask, camera=self._camera, index=index, stamp=stamp, name=f"{name}#{index}")
+        try:
+            image, mask = image_or_mask(pixels, self._kind, self._mask_is, lossy=self._lossy)
+        except SourceError as error:
+            raise SourceError(f"{self.name}: {error}") from error
+        return Frame(
+            image=image,
+            mask=mask,
+            camera=self._camera,
+            index=index,
+            stamp=stamp,
+            name=f"{name}#{index}",
+            mask_is=self._mask_is,
+        )
 
     def _skip_frames(self, first: int, count: int) -> None:
         what = f"frame {first}" if count == 1 else f"frames {first} to {first + count - 1}"
@@ -62,8 +76,10 @@ class VideoSource(_PictureSource):
     ----------
     path : Path
     kind : {"auto", "image", "mask"}
-        "auto" is "image". In masks cable begins at half brightness, since codecs ring around edges; in those of one
-        channel of 16 bits, whose codecs lose nothing, any non-zero is cable.
+        "auto" is "image". In masks cable begins at half brightness, since codecs ring around edges, unless they are a
+        probability. Those of exact videos (`VideoFile.is_exact`) and of one channel of 16 bits keep their values.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional
@@ -85,12 +101,19 @@ class VideoSource(_PictureSource):
     length_is_estimate = True
 
     def __init__(
-        self, path: Path, *, kind: Kind = "auto", camera: PinholeCamera | None = None, fps: float | None = None
+        self,
+        path: Path,
+        *,
+        kind: Kind = "auto",
+        mask_is: str = "auto",
+        camera: PinholeCamera | None = None,
+        fps: float | None = None,
     ) -> None:
-        super().__init__(kind, camera)
+        super().__init__(kind, mask_is, camera)
         self.name = str(path)
         self._label = path.name
         self._file = VideoFile(path)
+        self._lossy = not self._file.is_exact
         self.length = self._file.length
         self.fps = fps or self._file.fps
         self._timed = fps is None
@@ -188,6 +211,8 @@ class LiveSource(_PictureSource):
         Index of a camera, or address of a stream.
     kind : {"auto", "image", "mask"}
         As for `VideoSource`.
+    mask_is : {"auto", "binary", "probability", "labels"}
+        What the values of masks are, as `Frame` has it.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional
@@ -204,11 +229,17 @@ class LiveSource(_PictureSource):
     single_pass = True
 
     def __init__(
-        self, where: int | str, *, kind: Kind = "auto", camera: PinholeCamera | None = None, fps: float | None = None
+        self,
+        where: int | str,
+        *,
+        kind: Kind = "auto",
+        mask_is: str = "auto",
+        camera: PinholeCamera | None = None,
+        fps: float | None = None,
     ) -> None:
         import cv2
 
-        super().__init__(kind, camera)
+        super().__init__(kind, mask_is, camera)
         self.live = isinstance(where, int) or where.partition("://")[0].lower() in LIVE_SCHEMES
         if self.live and fps is not None:
             raise InputError(_NO_RATE)

@@ -47,6 +47,8 @@ class VideoFile:
         Mean number of pictures per second.
     format : str or None
         Format of the pictures in FFmpeg's names, such as ``"yuv420p"``.
+    is_exact : bool
+        Whether pictures keep the numbers that were stored: grey or RGB of 8 bits, by a codec that never loses any.
     unread : str or None
         Names the other video streams, if there are any.
 
@@ -63,6 +65,7 @@ class VideoFile:
             self.fps = reading.fps
             self.length = reading.length
             self.format = reading.format
+            self.is_exact = reading.is_exact
             self.unread = reading.unread
 
     def close(self) -> None:
@@ -159,6 +162,7 @@ class _Reading:
         # Threads may mark a damaged picture too late, and then have an error soon after it.
         self._stream.codec_context.options = options if careful else {**options, "err_detect": "explode"}
         self.format: str | None = self._stream.codec_context.pix_fmt
+        self.is_exact = _is_exact(self._stream.codec_context)
         rate = self._stream.average_rate or self._stream.guessed_rate
         self.fps = float(rate) if rate else None
         self.length = self._stream.frames or self._estimated_length()
@@ -267,3 +271,12 @@ class _Reading:
             duration, unit_s = (self._container.duration or 0) - (self._container.start_time or 0), 1e-6
         count = duration * unit_s * (self.fps or 0.0)
         return round(count) if math.isfinite(count) and count >= 1.0 else None
+
+
+def _is_exact(context: Any) -> bool:
+    """Return whether numbers survive the codec of a stream, and the conversion to BGR of 8 bits."""
+    pixels, codec = context.format, context.codec
+    if pixels is None or codec.lossy or not codec.lossless:
+        return False
+    is_grey = len(pixels.components) == 1 and not pixels.has_palette
+    return (is_grey or pixels.is_rgb) and all(component.bits == 8 for component in pixels.components)

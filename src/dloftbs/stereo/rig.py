@@ -344,13 +344,14 @@ class CameraRig:
             if given is not None and (not isinstance(given, (list, tuple)) or len(given) != len(views)):
                 raise InputError(f"{name} must be a list, one for each of {len(views)} views, got {shown(given)}")
         frames = []
+        known = pipeline.config.segmentation.mask_is
         for number, (view, camera) in enumerate(zip(views, cameras, strict=True)):
             if isinstance(view, (str, os.PathLike)):
                 kind = kind_for("auto", segmented=pipeline.segments_images and mask is None)
-                frame = replace(read_frame(view, kind, as_stored=True), index=index)
+                frame = replace(read_frame(view, kind, known, as_stored=True), index=index)
             else:
                 grey = pipeline.segments_images and mask is None
-                frame = as_frame(cast("Frame | npt.ArrayLike", view), index, grey_as_image=grey)
+                frame = as_frame(cast("Frame | npt.ArrayLike", view), index, grey_as_image=grey, mask_is=known)
             own: dict[str, Any] = {name: given[number] for name, given in beside.items() if given is not None}
             if depth_unit_m is not None:
                 own["depth_unit_m"] = depth_unit_m

@@ -197,8 +197,8 @@ class _Batch:
     def _frames(self, place: int, where: str) -> Iterator[Frame]:
         from dloftbs.cli.frames import UsableFrames
 
-        segmented = self._config.segmentation.needs_image
-        with self._inputs.open(where, segmented=segmented, jobs=self._jobs) as source:
+        cable = self._config.segmentation
+        with self._inputs.open(where, segmented=cable.needs_image, mask_is=cable.mask_is, jobs=self._jobs) as source:
             self._lengths.append(source.length)
             frames = UsableFrames(source, self._config, self._inputs, where)
             count = 0

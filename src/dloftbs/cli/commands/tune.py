@@ -68,11 +68,12 @@ def tune(
     from dloftbs.ui.tune_session import TuneSession
 
     target = Path(out) if out is not None else context.params.get("config_file")
-    source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs), segmented=True)
+    named = where[0] if len(where) == 1 else in_natural_order(where, inputs)
+    source = inputs.open(named, segmented=True, mask_is=config.segmentation.mask_is)
     config_file = shlex.quote("cable.yaml" if target is None else str(target))
     verb, overlay = ("detect", "overlay.png") if source.length == 1 else ("track", "overlay.mp4")
-    named = source_arguments(where, context)
-    command = f"dloftbs {verb} {named} --config {config_file} --out curves.jsonl --overlay {overlay}"
+    arguments = source_arguments(where, context)
+    command = f"dloftbs {verb} {arguments} --config {config_file} --out curves.jsonl --overlay {overlay}"
     session = TuneSession(FrameStore(source), config, target, command)
     with served(session, page), interrupted() as stop:
         while not stop():

@@ -44,7 +44,8 @@ def view(
     from dloftbs.ui.view_session import ViewSession
 
     named = where[0] if len(where) == 1 else in_natural_order(where, inputs)
-    with inputs.open(named, segmented=config.segmentation.needs_image) as source:
+    cable = config.segmentation
+    with inputs.open(named, segmented=cable.needs_image, mask_is=cable.mask_is) as source:
         check_colour(source, config, inputs, where)
         session = ViewSession(
             UsableFrames(source, config, inputs, where, every),
