@@ -132,6 +132,7 @@ class TestFrame:
             (np.array([[0, 5, 127, 128, 255]], np.uint8), {}, [0, 1, 1, 1, 1]),  # too few values for a probability
             (np.array([[0, 1, 2, 3, 255]], np.uint8), {}, [0, 1, 1, 1, 0]),
             (np.array([[0, 1, 2, 3, 255]], np.uint8), {"mask_is": "labels"}, [0, 1, 1, 1, 0]),
+            (np.array([[0, 1, 2, 33, 255]], np.uint8), {"mask_is": "labels"}, [0, 1, 1, 1, 1]),
             (np.array([[-1, 0, 300, 1, 2]], np.int32), {}, [1, 0, 1, 1, 1]),
             (np.array([[False, True, False, True, True]]), {}, [0, 1, 0, 1, 1]),
         ],

@@ -22,7 +22,7 @@ from dloftbs.support.arrays import (
     looks_like_image,
     plane_of,
 )
-from dloftbs.support.mask_values import BORDER, as_probability, kind_of, without_border
+from dloftbs.support.mask_values import as_probability, kind_of, without_border
 from dloftbs.support.values import (
     DEPTH_UNITS_M,
     MAX_WHOLE,
@@ -173,7 +173,7 @@ class Frame:
     def is_cable(self) -> npt.NDArray[np.bool_] | None:
         """Pixels that are cable by what `mask_is` says of the mask's values, shape (H, W); None without a mask.
 
-        Of a probability, these are from one half on; else they are any non-zero, but 255 where "auto" finds labels.
+        Of a probability, these are from one half on; else they are any non-zero, but the border of labels.
         """
         from dloftbs.kernels.shared.soft_masks import HALF  # late: the types of the package load without the compiler
 
@@ -183,7 +183,7 @@ class Frame:
         kind = kind_of(mask) if self.mask_is == "auto" else self.mask_is
         if kind == "probability":
             return as_probability(mask) >= HALF
-        return (mask != 0) & (mask != BORDER) if kind == "labels" and self.mask_is == "auto" else mask != 0
+        return (without_border(mask) if kind == "labels" else mask) != 0
 
     def _known_size(self) -> Size | None:
         """Return the size of the image or the mask, None before there is either."""
