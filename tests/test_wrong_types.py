@@ -204,6 +204,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ColourModel": {"config": COLOUR},
         "ColourModel.__call__": {"image": image()},
         "ColourModel.fit": {"image": image(), "strokes": [STROKE], "source": "a"},
+        "ColourModel.together": {"pictures": COLOUR.pictures},
         "ColourModel.pictures_of": {"pictures": [(image(), [STROKE], "a")]},
         "ColourModel.fit_many": {"pictures": [(image(), [STROKE], "a")]},
         "Crossing": {"position": (1.0, 2.0), "passes": ((0, 0.1), (0, 0.9)), "top": 0, "confidence": 0.5},

@@ -21,7 +21,7 @@ from dloftbs.segmentation.pixel_classifier import PixelClassifier
 from dloftbs.segmentation.pixel_samples import PixelSample
 from dloftbs.segmentation.stroke_widths import CableAxis
 from dloftbs.support.arrays import FloatArray, check_image
-from dloftbs.support.values import check_text, check_type, shown
+from dloftbs.support.values import check_all, check_text, check_type, shown
 
 _CABLE_SCALES = ((0.6, 0.25, 0.05), (0.3, 0.40, 0.10), (0.1, 0.50, 0.30))
 """Share, and standard deviations in lightness and in tint, of the kernels that spread a cable's colours: as the light
@@ -260,14 +260,21 @@ class ColourModel:
         return tuple(kept)
 
     @staticmethod
-    def together(pictures: Iterable[ColourPicture]) -> tuple[ColourPicture, ...]:
+    def together(pictures: Sequence[ColourPicture]) -> tuple[ColourPicture, ...]:
         """Return pictures, learned at different times, as they are kept together: of many, each keeps its share.
+
+        Parameters
+        ----------
+        pictures : sequence of ColourPicture
 
         Raises
         ------
+        InputError
+            If one of them is something else.
         ConfigError
             If samples cannot be read.
         """
+        check_all("pictures", pictures, ColourPicture)
         given = tuple(pictures)
         if len(given) <= _WHOLE_SAMPLES:
             return given
