@@ -10,6 +10,10 @@ import pytest
 from stereo_views import BENT, CAMERA, OTHER, masks, rig
 
 from dloftbs import CameraRig, Frame, FrameResult, InputError, StereoPipeline
+from dloftbs.stereo.rig_tracker import _gain, _Known
+
+CROSSED = {1: {0: 1, 1: 2}, 2: {0: 2, 1: 1}}
+"""Tracks by view of two objects, each of the other one's in the second view."""
 
 
 def moved(axis: np.ndarray, step: int) -> np.ndarray:
@@ -75,6 +79,14 @@ def test_a_view_that_takes_it_for_another_one_does_not_change_its_id():
         own.reset()
     result = pipeline.process(masks(r, moved(BENT, 1)))
     assert [track.id for track in result.tracks if track.object is not None] == [1]
+
+
+def test_the_first_view_decides_where_two_say_opposite_things():
+    """Views whose tracks were paired wrongly at first: the object keeps the id that the first view's track had."""
+    shown = {(0, 1), (0, 2), (1, 1), (1, 2)}
+    first, second = (_Known(number, members, {}, None, None, 0.0, 1, 0) for number, members in CROSSED.items())
+    assert _gain((1, 1), None, first, shown) > 0.0
+    assert _gain((1, 1), None, second, shown) < 0.0
 
 
 def test_a_cable_laid_far_away_is_another_one():

@@ -30,6 +30,12 @@ _SAME_VIEW = 1.0
 Source: by definition; the unit of the others.
 """
 
+_OTHER_VIEW = 0.95
+"""The same of each view but the first one, whose track decides where two views say opposite things.
+
+Source: by hand; a little less than the first one's, in whose frame results are.
+"""
+
 _SAME_PLACE = 0.9
 """Gain of a curve in space at the place where it was, at the most; a multiple of that of a view's track.
 
@@ -206,10 +212,11 @@ def _gain(ids: Members, points: FloatArray | None, known: _Known, current: set[t
         before = known.members.get(view)
         if one_id is None or before is None:
             continue
+        unit = _SAME_VIEW if view == 0 else _OTHER_VIEW
         if one_id == before:
-            gain += _SAME_VIEW
+            gain += unit
         elif (view, before) in current:
-            gain -= _SAME_VIEW
+            gain -= unit
     if points is not None and known.points is not None and known.width_m > 0.0:
         apart, far = _apart(points, known.points)[0], _FAR_WIDTHS * known.width_m
         if apart < far:
