@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -13,7 +14,6 @@ from dloftbs.data.centerline import Centerline
 from dloftbs.data.frame import Frame
 from dloftbs.kernels.shared.soft_masks import HALF, LEAST_PROBABLE
 from dloftbs.support.arrays import AnyArray
-from dloftbs.support.mask_values import as_probability, kind_of
 
 _LIMITS = (HALF, HALF // 2, HALF // 4, LEAST_PROBABLE)
 """Least values of cable that are tried, of 256.
@@ -28,12 +28,14 @@ Source: by definition; nine in ten are whole cables.
 
 
 def plain_mask(frame: Frame, config: Config) -> npt.NDArray[np.bool_]:
-    """Return what the mask of a frame says is cable, shape (H, W): of a probability, one half or more."""
-    assert frame.mask is not None  # whoever asks gave it one
-    kind = config.segmentation.mask_is if frame.mask_is == "auto" else frame.mask_is
-    if kind == "auto":
-        kind = kind_of(frame.mask)
-    return np.asarray(as_probability(frame.mask) >= HALF if kind == "probability" else frame.mask != 0)
+    """Return what the mask of a frame says is cable, shape (H, W), where the configuration may say what its values are.
+
+    See `Frame.is_cable`.
+    """
+    known = replace(frame, mask_is=config.segmentation.mask_is) if frame.mask_is == "auto" else frame
+    is_cable = known.is_cable
+    assert is_cable is not None  # whoever asks gave it a mask
+    return is_cable
 
 
 def readings_of(soft: npt.NDArray[np.uint8]) -> Iterator[tuple[int, AnyArray]]:
