@@ -71,3 +71,13 @@ def test_cut_runs_are_those_cut_one_by_one(seed: int) -> None:
     assert new_offsets.tolist() == [branch[0] for branch in branches] + offsets[n_open:].tolist()
     assert new_nodes.tolist() == [node for branch in branches for node in branch[1:3]]
     assert new_alive.tolist() == [branch[3] for branch in branches]
+
+
+@given(st.integers(0, 10**6))
+def test_kinks_are_the_same_from_either_end(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    way = np.repeat(rng.uniform(-2.0, 2.0, 20).cumsum(), 5)
+    points = np.column_stack((np.cos(way), np.sin(way))).cumsum(axis=0)
+    args = np.array([0, len(points)]), np.array([FREE, FREE]), np.ones(1, np.bool_), 4.0, 1.2, 0.6
+    forth, back = find_kinks(points, *args), find_kinks(np.ascontiguousarray(points[::-1]), *args)
+    assert forth.tolist() == sorted(len(points) - 1 - back)

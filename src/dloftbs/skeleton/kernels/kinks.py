@@ -81,6 +81,15 @@ def _is_faced(
     return False
 
 
+@helper
+def _is_largest(turns: npt.NDArray[np.float64], at: int, reach: int) -> bool:
+    """Return whether no turn within reach is larger; of equal ones the first counts."""
+    for i in range(at - reach, at + reach + 1):
+        if turns[i] > turns[at] or (turns[i] == turns[at] and i < at):
+            return False
+    return True
+
+
 @kernel(read(float64, 2), read(int64, 1), read(int64, 1), read(boolean, 1), float64, float64, float64)
 def find_kinks(
     points: npt.NDArray[np.float64],
@@ -94,7 +103,7 @@ def find_kinks(
     """Find points at which two cables may meet at an angle.
 
     There a branch turns more sharply than a cable can; or clearly, and another cable's end lies near and points there:
-    what covers a part of a crossing leaves that.
+    what covers a part of a crossing leaves that. Of the points within a chord's length the one that turns most counts.
 
     Parameters
     ----------
@@ -116,28 +125,24 @@ def find_kinks(
     reach = max(int(_CHORD_WIDTHS * width + 0.5), 3)
     blunt = np.cos(mild) ** 2
     ends, rays = _list_free_ends(points, offsets, nodes, alive, reach)
+    turns = np.zeros(len(points))
     found = np.empty(len(points), dtype=np.int64)
     count = 0
     for branch in range(len(alive)):
-        best, best_turn = -1, mild
-        for i in range(offsets[branch] + reach, offsets[branch + 1] - reach):
+        start, stop = offsets[branch] + reach, offsets[branch + 1] - reach
+        for i in range(start, stop):
             ax, ay = points[i, 0] - points[i - reach, 0], points[i, 1] - points[i - reach, 1]
             bx, by = points[i + reach, 0] - points[i, 0], points[i + reach, 1] - points[i, 1]
-            if best >= 0 and i > best + reach:
-                found[count] = best
-                count += 1
-                best, best_turn = -1, mild
             along = ax * bx + ay * by
             if along > 0.0 and along * along > blunt * (ax * ax + ay * ay) * (bx * bx + by * by):
                 continue
             turn = abs(np.arctan2(ax * by - ay * bx, along))
-            if turn <= best_turn:
-                continue
             if turn > sharp or _is_faced(points[i, 0], points[i, 1], branch, ends, rays, _FACING_WIDTHS * width):
-                best, best_turn = i, turn
-        if best >= 0:
-            found[count] = best
-            count += 1
+                turns[i] = turn
+        for i in range(start, stop):
+            if turns[i] > 0.0 and _is_largest(turns, i, reach):
+                found[count] = i
+                count += 1
     return found[:count].copy()
 
 
