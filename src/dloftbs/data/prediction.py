@@ -26,6 +26,8 @@ class Prediction(NamedTuple):
         Ids of objects that it is known not to hang together with: its ends are not joined with theirs.
     inferred : tuple of (float, float)
         The intervals of ``u`` that the last frame did not show.
+    existence : float
+        Log-odds that it exists, nats.
     """
 
     curve: BSplineCurve
@@ -35,3 +37,4 @@ class Prediction(NamedTuple):
     width_px: float | None = None
     apart: frozenset[int] = frozenset()
     inferred: tuple[tuple[float, float], ...] = ()
+    existence: float = 0.0

@@ -13,6 +13,7 @@ from dloftbs.linking.branch_points import find_branch_points, shared_by_none
 from dloftbs.linking.centerlines import assemble
 from dloftbs.linking.end_matching import match_ends
 from dloftbs.linking.evidence_steps import EvidenceSteps, exchange_by_evidence
+from dloftbs.linking.expected_cables import with_expected
 from dloftbs.linking.hidden_ends import lead_straightest_through, link_hidden_ends
 from dloftbs.linking.joint_confidence import open_doubtful_gaps
 from dloftbs.linking.known_count import merge_to_count
@@ -30,6 +31,7 @@ __all__ = [
     "choose",
     "link",
     "with_ends_that_go_on",
+    "with_expected",
     "with_soft_existence",
     "with_soft_widths",
 ]

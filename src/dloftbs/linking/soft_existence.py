@@ -47,7 +47,8 @@ def reality_features(line: Centerline, soft: npt.NDArray[np.uint8]) -> FloatArra
     the width as a share of the width, and that of the length as a share of the image's diagonal.
     """
     rows, columns = (np.clip(np.rint(line.points[:, k]), 0, soft.shape[1 - k] - 1).astype(np.intp) for k in (1, 0))
-    least = float(np.quantile(soft[rows, columns], _LEAST_SURE))
+    values, tenth = soft[rows, columns], int(_LEAST_SURE * len(rows))
+    least = float(np.partition(values, tenth)[tenth])  # faster than a quantile
     unsteady = float(np.std(line.radius) / max(float(np.mean(line.radius)), _LEAST_RADIUS_PX))
     length = len(line.points) / math.hypot(*soft.shape)
     return np.array(

@@ -27,7 +27,15 @@ from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import find_crossings, fit, keep_to_mask
 from dloftbs.kernels.shared.soft_masks import HALF
 from dloftbs.lifting import DepthEdges
-from dloftbs.linking import TemporalPrior, choose, link, with_ends_that_go_on, with_soft_existence, with_soft_widths
+from dloftbs.linking import (
+    TemporalPrior,
+    choose,
+    link,
+    with_ends_that_go_on,
+    with_expected,
+    with_soft_existence,
+    with_soft_widths,
+)
 from dloftbs.pipeline.mask_gate import MaskGate
 from dloftbs.pipeline.nothing_found import too_many, why_nothing_is_left, why_too_short
 from dloftbs.pipeline.plausibility import refuse_mask, share_set
@@ -169,8 +177,9 @@ def run_stages(
     mask, soft, labels, is_taken_for_soft = _given(frame, segmenter, config, prompt)
     if region is not None:
         mask, soft = region.clear_outside(mask), None if soft is None else region.clear_outside(soft)
-    task = _Task(frame, config, region, predicted, soft, labels, clock)
-    readings = iter([(HALF, mask)]) if soft is None else readings_of(soft)
+    raised = soft if soft is None else with_expected(soft, predicted)
+    task = _Task(frame, config, region, predicted, raised, labels, clock)
+    readings = iter([(HALF, mask)]) if raised is None else readings_of(raised)
     limit, part = next(readings)
     share = task.share_of(part)
     while gate is not None and gate.is_jump(share) and (lower := next(readings, None)) is not None:
@@ -193,8 +202,8 @@ def run_stages(
     if not lines:
         return run
     assert run.crop is not None
-    if soft is not None and isinstance(config.linking, LinkingConfig):
-        lines = with_soft_existence(with_soft_widths(lines, soft), soft)
+    if soft is not None and raised is not None and isinstance(config.linking, LinkingConfig):
+        lines = with_soft_existence(with_soft_widths(lines, raised), soft)
     curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
     if run.graph is not None:  # the published method believes in all its joints
         kept = [keep_to_mask(*one, run.crop, run.mask, config.fitting) for one in zip(lines, curves, strict=True)]

@@ -53,6 +53,11 @@ class Belief:
         self._weight = _KEPT * self._weight + 1.0
 
     @property
+    def total(self) -> float:
+        """Sum of the log-odds, nats."""
+        return self._sum
+
+    @property
     def log_odds(self) -> float:
         """Mean log-odds, nats; 0 before the first frame."""
         return self._sum / self._weight if self._weight else 0.0

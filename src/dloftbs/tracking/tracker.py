@@ -181,6 +181,7 @@ class Tracker:
                 None if math.isnan(model.width) else model.width,
                 model.apart,
                 model.sight.inferred,
+                model.existence.total,
             )
             for model in self._hypotheses[0].models
             if model.state is not TrackState.TENTATIVE and self._is_kept(model, step.frameless_s)

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import map_coordinates
 
-from dloftbs.linking.kernels.soft_borders import least_ahead, soft_width
+from dloftbs.linking.kernels.soft_borders import least_ahead, ridge_values, soft_width
 
 SIZE = (120, 200)
 
@@ -62,7 +62,7 @@ def slow_width(points: Points, soft: np.ndarray, width: float) -> float:
     back = math.ceil(0.5 * width)
     steps = np.arange(math.ceil(width) + 1)
     found = []
-    for at in range(len(points)):
+    for at in range(0, len(points), back):
         along = points[min(at + back, len(points) - 1)] - points[max(at - back, 0)]
         across = np.array([-along[1], along[0]]) / max(np.hypot(*along), 1e-9)
         total = 0.0
@@ -138,3 +138,32 @@ def test_the_soft_border_of_an_end_or_of_a_cable_beside_it_is_nothing_ahead() ->
     both = np.maximum(blurred, cv2.GaussianBlur(beside, None, 6.0))
     assert both[60, 112] > 10
     assert least_ahead(points, True, both, 9.0, 128) == 0
+
+
+@given(st.integers(0, 10**6))
+def test_values_along_a_curve_are_those_across_each_point(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    soft = cv2.GaussianBlur(rng.integers(0, 256, SIZE).astype(np.uint8), None, 3.0)
+    cv2.line(soft, (10, 60), (190, 40), int(rng.integers(10, 256)), 7)
+    points = (
+        line_of(tuple(rng.uniform(-5, 205, 2)), (190.0, 40.0)) if rng.random() < 0.3 else line_of((5, 61), (195, 38))
+    )
+    width = float(rng.uniform(4, 12))
+    expected = []
+    for at, point in enumerate(points):
+        way = points[min(at + 1, len(points) - 1)] - points[max(at - 1, 0)]
+        way = way / np.hypot(*way)
+        value = slow_ridge(soft, point, way, width)
+        sides = [point + side * width * np.array([-way[1], way[0]]) for side in (-1.0, 1.0)]
+        beside = max(map_coordinates(soft.astype(float), ([y], [x]), order=1, mode="nearest")[0] for x, y in sides)
+        expected.append(0 if value > 0 and 2.0 * beside >= value else value)
+    agree = ridge_values(points, soft, width) == expected
+    assert np.count_nonzero(~agree) <= 1  # rounding of places half way between pixels
+
+
+def test_a_cable_has_a_value_and_its_haze_has_none() -> None:
+    soft = np.zeros(SIZE, np.uint8)
+    cv2.line(soft, (0, 60), (199, 60), 60, 7)
+    along = line_of((20.0, 60.0), (180.0, 60.0))
+    assert (ridge_values(along, soft, 7.0) == 60).all()
+    assert (ridge_values(along, np.maximum(soft, 30), 7.0) == 0).all()

@@ -77,8 +77,45 @@ def least_ahead(
 
 
 @kernel(read(float64, 2), read(uint8, 2), float64)
+def ridge_values(points: npt.NDArray[np.float64], soft: npt.NDArray[np.uint8], width: float) -> npt.NDArray[np.int64]:
+    """Return the largest value across each point of a curve that has less than half of it a width aside.
+
+    An edge is where there is half, so that this is what a cable has.
+
+    Parameters
+    ----------
+    points : (n, 2) float64
+        ``(x, y)`` px.
+    soft : (h, w) uint8
+        Probability, of 256.
+    width : float
+        px.
+
+    Returns
+    -------
+    (n,) int64
+        0 where there is more on a side, -1 off the image.
+    """
+    values = np.empty(len(points), dtype=np.int64)
+    for at in range(len(points)):
+        first, last = max(at - 1, 0), min(at + 1, len(points) - 1)
+        dx, dy = points[last, 0] - points[first, 0], points[last, 1] - points[first, 1]
+        length = max(math.sqrt(dx * dx + dy * dy), 1e-9)
+        x, y, dx, dy = points[at, 0], points[at, 1], dx / length, dy / length
+        values[at] = ridge_at(soft, x, y, dx, dy, width)
+        beside = max(
+            _interpolated(soft, x - width * dy, y + width * dx), _interpolated(soft, x + width * dy, y - width * dx)
+        )
+        if 2.0 * beside >= values[at] > 0:
+            values[at] = 0
+    return values
+
+
+@kernel(read(float64, 2), read(uint8, 2), float64)
 def soft_width(points: npt.NDArray[np.float64], soft: npt.NDArray[np.uint8], width: float) -> float:
     """Return the median distance between the borders to both sides, where the probability is half of that between them.
+
+    Measured every half width.
 
     Parameters
     ----------
@@ -95,8 +132,9 @@ def soft_width(points: npt.NDArray[np.float64], soft: npt.NDArray[np.uint8], wid
         px.
     """
     back, steps = math.ceil(0.5 * width), math.ceil(width)
-    widths = np.zeros(len(points))
-    for at in range(len(points)):
+    widths = np.zeros((len(points) + back - 1) // back)
+    for k in range(len(widths)):
+        at = k * back
         first, last = max(at - back, 0), min(at + back, len(points) - 1)
         dx, dy = points[last, 0] - points[first, 0], points[last, 1] - points[first, 1]
         length = max(math.sqrt(dx * dx + dy * dy), 1e-9)
@@ -108,8 +146,8 @@ def soft_width(points: npt.NDArray[np.float64], soft: npt.NDArray[np.uint8], wid
                 aside = side * step / length
                 value = _interpolated(soft, points[at, 0] - aside * dy, points[at, 1] + aside * dx)
                 if value < half:
-                    widths[at] += (half - before) / (value - before) - 1.0
+                    widths[k] += (half - before) / (value - before) - 1.0
                     break
                 before = value
-            widths[at] += step
+            widths[k] += step
     return float(np.median(widths))
