@@ -191,6 +191,15 @@ def test_replace_follows_dotted_paths_and_leaves_the_original():
     assert original == Config()
 
 
+def test_another_method_keeps_the_settings_that_both_have():
+    given = Config().replace({"linking.objects": 3, "linking.min_length_px": 1, "lifting.max_depth_m": 2.0})
+
+    changed = given.replace({"linking.method": "greedy", "linking.min_length_px": 40, "lifting.method": "pixels"})
+
+    assert changed.linking == GreedyLinkingConfig(objects=3, min_length_px=40)
+    assert changed.lifting == PixelLiftingConfig(max_depth_m=2.0)
+
+
 def test_replace_changes_the_method_of_a_section():
     assert Config().replace({"lifting.method": "pixels"}).lifting == PixelLiftingConfig()
     assert Config.paper().replace({"lifting.method": "axis", "lifting.max_depth_m": 3.0}).lifting == LiftingConfig(

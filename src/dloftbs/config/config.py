@@ -196,6 +196,8 @@ class Config(Section, frozen=True, kw_only=True):
     def replace(self, changes: dict[str, Any]) -> Config:
         """Return a copy with the values at dotted paths replaced, checked as a whole.
 
+        A section that gets another method keeps the settings that both methods have.
+
         Parameters
         ----------
         changes : dict of str to value
@@ -209,10 +211,11 @@ class Config(Section, frozen=True, kw_only=True):
         valid = isinstance(changes, dict) and all(isinstance(path, str) for path in changes)
         require(valid, "changes", "a dictionary of values by dotted paths", changes)
         data = self.to_dict()
-        for name in _METHODS:
+        for name, (one, other) in _METHODS.items():
             method = changes.get(f"{name}.method")
-            if method not in (None, data[name]["method"]):  # another method has other settings
-                data = type(self).from_dict({**data, name: {"method": method}}).to_dict()
+            if method not in (None, data[name]["method"]):
+                kept = {key: data[name][key] for key in one.__struct_fields__ if key in other.__struct_fields__}
+                data[name] = type(self).from_dict({name: {"method": method}}).to_dict()[name] | kept
         for path, value in changes.items():
             *parents, key = path.split(".")
             section: Any = data
