@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,6 +31,7 @@ MAX_DIRECTIVES = 8
 
 _TAG = "tag:yaml.org,2002:"
 _NUMBER_LETTERS = frozenset("0123456789+-_.:eE")
+_WITH_EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$")
 _WRONG = (ValueError, LookupError, ArithmeticError, AttributeError)
 """Exceptions that PyYAML raises on a scalar that does not fit its tag."""
 
@@ -151,7 +153,7 @@ def parse_yaml(text: str, *, once: bool = False) -> list[Any]:
     """Return the documents that YAML holds, those of OpenCV's FileStorage among it, without empty ones.
 
     They are made of dictionaries with text as keys, lists, numbers, text, booleans and None; dates and numbers with
-    colons, ``170:10``, are text. Aliases are refused.
+    colons, ``170:10``, are text, and ``1e-3`` is a number, as in JSON. Aliases are refused.
 
     Parameters
     ----------
@@ -267,9 +269,13 @@ def _scalar_ways() -> tuple[Any, dict[str, Callable[[Any], Any]]]:
     """Return what gives the tag of a scalar, and what makes a value of it, by its tag."""
     import yaml
 
+    class Resolver(yaml.resolver.Resolver):
+        """That of YAML 1.1, which takes 1e-3 for text; in JSON and YAML 1.2 it is a number."""
+
+    Resolver.add_implicit_resolver(f"{_TAG}float", _WITH_EXPONENT, list("+-.0123456789"))
     make = yaml.constructor.SafeConstructor()
     names = ("null", "bool", "int", "float", "timestamp")
-    return yaml.resolver.Resolver(), {f"{_TAG}{name}": getattr(make, f"construct_yaml_{name}") for name in names}
+    return Resolver(), {f"{_TAG}{name}": getattr(make, f"construct_yaml_{name}") for name in names}
 
 
 def _unknown_tag(event: Any) -> InputError:
