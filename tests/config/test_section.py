@@ -11,12 +11,15 @@ from builders import through_json
 
 from dloftbs.config import (
     CleaningConfig,
+    ColourConfig,
+    ColourPicture,
     Config,
     FittingConfig,
     GreedyLinkingConfig,
     HsvRange,
     LiftingConfig,
     LinkingConfig,
+    NetworkConfig,
     PixelLiftingConfig,
     SegmentationConfig,
     SegmentsConfig,
@@ -143,3 +146,12 @@ def test_numbers_of_numpy_are_kept_as_plain_ones():
         assert type(getattr(made, name)) is (float if isinstance(default, float) else int), name
         assert getattr(made, name) == given
         through_json(msgspec.to_builtins(made))
+
+
+@pytest.mark.parametrize("size", [[480, 640], (np.int64(480), np.int64(640))])
+def test_sizes_of_any_integers_are_kept_as_plain_ones(size: object) -> None:
+    picture = ColourPicture(size=size, cable=("1,1:2,2",), sample="")  # type: ignore[arg-type]  # as users have them
+    network = NetworkConfig(file="model.onnx", size=size)  # type: ignore[arg-type]
+    config = Config(segmentation=SegmentationConfig(colour=ColourConfig(pictures=(picture,)), onnx=network))
+    assert Config.from_yaml(config.to_yaml()) == config
+    assert len({network, NetworkConfig(file="model.onnx", size=(480, 640))}) == 1

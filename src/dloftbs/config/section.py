@@ -37,6 +37,15 @@ def keep_number(section: Section, name: str, low: float, high: float) -> None:
     msgspec.structs.force_setattr(section, name, number)
 
 
+def keep_size(section: Section, name: str, top: int) -> None:
+    """Check rows and columns, and keep them as a tuple of int."""
+    given = getattr(section, name)
+    sides = tuple(as_integer(side) for side in given) if isinstance(given, (tuple, list)) else ()
+    valid = len(sides) == 2 and all(side is not None and 0 < side <= top for side in sides)
+    require(valid, name, f"two integers in 1..{top}: rows and columns", given)
+    msgspec.structs.force_setattr(section, name, sides)
+
+
 def keep_range(section: Section, name: str, top: int, *, wraps: bool = False) -> None:
     """Check a range of integers, and keep it as a tuple of int."""
     given = getattr(section, name)

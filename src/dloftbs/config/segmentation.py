@@ -8,10 +8,10 @@ import msgspec
 
 from dloftbs.config.colour_words import COLOUR_WORDS, range_of_word, word_meant
 from dloftbs.config.local_masks import BackgroundConfig, LocalConfig, keep_file, keep_join
-from dloftbs.config.section import Section, keep_integer, keep_number, keep_range, require
+from dloftbs.config.section import Section, keep_integer, keep_number, keep_range, keep_size, require
 from dloftbs.config.strokes import ColourConfig
 from dloftbs.errors import ConfigError
-from dloftbs.support.values import as_float, as_integer, check_mask_kind, shown
+from dloftbs.support.values import as_float, check_mask_kind, shown
 
 HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""
@@ -137,9 +137,7 @@ class NetworkConfig(Section, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         keep_file(self, "the path of an ONNX model, in UTF-8")
         if self.size is not None:
-            sides = [as_integer(side) for side in self.size] if isinstance(self.size, (tuple, list)) else []
-            valid = len(sides) == 2 and all(side is not None and 0 < side <= _MAX_INPUT_PX for side in sides)
-            require(valid, "size", f"two integers in 1..{_MAX_INPUT_PX}: rows and columns", self.size)
+            keep_size(self, "size", _MAX_INPUT_PX)
         keep_integer(self, "multiple", 1, 1024)
         keep_number(self, "threshold", -1e6, 1e6)
         if self.channel is not None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import msgspec
 
-from dloftbs.config.section import Section, keep_number, require
+from dloftbs.config.section import Section, keep_number, keep_size, require
 from dloftbs.errors import ConfigError
-from dloftbs.support.values import MAX_PX, as_float, as_integer, shown
+from dloftbs.support.values import MAX_PX, as_float, shown
 
 _MAX_POINTS = 10_000  # of a stroke: an hour of a mouse's reports is none
 _MAX_PICTURES = 1000
@@ -107,9 +107,7 @@ class ColourPicture(Section, frozen=True, kw_only=True):
         for name in ("sample", "pixels"):
             given = getattr(self, name)
             require(isinstance(given, str), name, "text, as `dloftbs colour` writes it", given)
-        sides = [as_integer(side) for side in self.size] if isinstance(self.size, (tuple, list)) else []
-        valid = len(sides) == 2 and all(side is not None and 0 < side <= MAX_PX for side in sides)
-        require(valid, "size", "two positive integers: rows and columns", self.size)
+        keep_size(self, "size", MAX_PX)
         for name in ("cable", "ground"):
             given = getattr(self, name)
             valid = isinstance(given, tuple) and all(isinstance(text, str) for text in given)
