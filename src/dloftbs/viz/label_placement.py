@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from dloftbs.support.arrays import FloatArray
 
@@ -37,8 +38,10 @@ def place(
         The picture.
     """
     candidates = [_inside(_beside(anchor, distance, size, way), room) for way in _AROUND]
+    corners = np.array(candidates)[:, :2]
+    near = busy[_within(busy, corners.min(axis=0), corners.max(axis=0) + size)]
     # The order of the candidates decides between equals.
-    return min(candidates, key=lambda box: _hidden(box, busy) + sum(len(busy) + 1 for t in taken if _overlap(box, t)))
+    return min(candidates, key=lambda box: _hidden(box, near) + sum(len(near) + 1 for t in taken if _overlap(box, t)))
 
 
 def _beside(anchor: FloatArray, distance: float, size: tuple[int, int], way: tuple[int, int]) -> Box:
@@ -57,7 +60,13 @@ def _inside(box: Box, room: Box) -> Box:
 
 def _hidden(box: Box, points: FloatArray) -> int:
     low = np.array(box[:2])
-    return int(np.all((points >= low) & (points < low + box[2:]), axis=1).sum())
+    return int(_within(points, low, low + box[2:]).sum())
+
+
+def _within(points: FloatArray, low: npt.NDArray[np.intp], high: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
+    """Return which points (n, 2) lie between two corners (2,), the second one not included."""
+    (x, y), (left, top), (right, bottom) = points.T, low, high
+    return (x >= left) & (x < right) & (y >= top) & (y < bottom)
 
 
 def _overlap(a: Box, b: Box) -> bool:
