@@ -6,11 +6,24 @@ import shutil
 
 import numpy as np
 import pytest
-from benchmarks.fit_tracking import FITTED, PAGE, SOURCES, START, Case, fit, follow, lost, make_page, write_weights
+from benchmarks.fit_tracking import (
+    FITTED,
+    PAGE,
+    SOURCES,
+    START,
+    Case,
+    fit,
+    follow,
+    list_sequences,
+    lost,
+    make_page,
+    write_weights,
+)
 
 from dloftbs.tracking import hypotheses, readings
 from dloftbs.tracking.reading_features import Features
 from dloftbs.tracking.reading_weights import WEIGHTS
+from dloftbs_lab.commands.evaluate import evaluate
 from dloftbs_lab.evaluation.runner.known_frame import KnownFrame
 from dloftbs_lab.synthetic import TrackingSequence
 
@@ -30,6 +43,11 @@ def test_weights_that_made_the_worth_are_found_again() -> None:
     found = fit(cases)
     assert found @ weights / np.linalg.norm(found) / np.linalg.norm(weights) > 0.97
     assert lost(cases, found) < 0.02 < 0.2 < lost(cases, -weights)
+
+
+def test_what_is_scored_by_default_was_not_fitted_on() -> None:
+    (scored,) = [parameter.default for parameter in evaluate.params if parameter.name == "seed"]
+    assert {scored}.isdisjoint(one.seed for one in list_sequences("covered", PAGE.parent))
 
 
 def test_a_sequence_that_is_followed_has_cases_and_leaves_the_tracker_as_it_is() -> None:
