@@ -89,6 +89,18 @@ def test_a_mask_that_is_the_same_for_all_is_refused():
         PipelineGroup(CONFIGS).process(Frame(image=frame().image, mask=np.ones(SIZE, bool)))
 
 
+def test_what_makes_no_group_or_is_no_frame_is_refused():
+    with pytest.raises(InputError, match="at least one, got none"):
+        PipelineGroup([])
+    with pytest.raises(InputError, match="frame must be a Frame, got array"):
+        PipelineGroup(CONFIGS).process(frame().image)
+
+
+def test_configurations_are_taken_as_a_pipeline_takes_them():
+    group = PipelineGroup([config.to_dict() for config in CONFIGS])
+    assert [track.id for track in group.process(frame()).tracks] == [1, 2]
+
+
 def test_after_a_reset_tracks_are_new():
     group = PipelineGroup(CONFIGS)
     group.process(frame())

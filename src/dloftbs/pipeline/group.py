@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from time import perf_counter
 
-from dloftbs.config import Config
+from dloftbs.config import ConfigLike
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
 from dloftbs.fitting import find_crossings
 from dloftbs.pipeline.pipeline import Pipeline
+from dloftbs.support.values import check_type
 
 
 class PipelineGroup:
@@ -21,13 +22,20 @@ class PipelineGroup:
 
     Parameters
     ----------
-    configs : sequence of Config
+    configs : sequence of Config, path or dict
         One for each pipeline, at least one. The first one's `lifting` decides which of two objects is on top.
+
+    Raises
+    ------
+    InputError, ConfigError
+        If there is none; and as `Pipeline`.
     """
 
-    def __init__(self, configs: Sequence[Config]) -> None:
+    def __init__(self, configs: Sequence[ConfigLike]) -> None:
         self._pipelines = [Pipeline(config) for config in configs]
-        self._lifting = configs[0].lifting
+        if not self._pipelines:
+            raise InputError("a group of pipelines needs a configuration for each, at least one, got none")
+        self._lifting = self._pipelines[0].config.lifting
 
     def process(self, frame: Frame) -> FrameResult:
         """Find the objects of one frame, their crossings and their tracks; the times of the pipelines add up.
@@ -35,8 +43,10 @@ class PipelineGroup:
         Raises
         ------
         InputError
-            As `Pipeline.process`; or if the frame has a mask, in which all pipelines would find the same objects.
+            As `Pipeline.process`; if it is no `Frame`; or if it has a mask, in which all pipelines would find the same
+            objects.
         """
+        check_type("frame", frame, Frame)
         if len(self._pipelines) > 1 and frame.mask is not None:
             raise InputError(
                 "pipelines in a group differ in what they take for cable, and the frame has a mask, which is the same "
