@@ -89,14 +89,15 @@ def test_tracks_have_the_colours_of_their_ids_and_hidden_ones_are_dimmer():
 def test_missing_depth_is_hatched_and_the_share_is_told():
     depth = np.tile(np.linspace(0.5, 1.5, SIZE[1], dtype=np.float32), (SIZE[0], 1))
     depth[:45, :80] = (0.0, np.nan, np.inf, -1.0) * 20
-    title, panel = space_sheet._depth_panel(frame(depth), Style())
+    size = (PANEL, PANEL // 2)
+    title, panel = space_sheet._depth_panel(frame(depth), size, Style())
     assert title.endswith("missing, 25.0 %")
     height, width = panel.shape[:2]
     red = (panel == Style().changed).all(axis=2)
     assert 0.4 < red[: height // 2 - 5, : width // 2 - 5].mean() < 0.6
     assert not red[:, width // 2 + 5 :].any()
     title, _ = space_sheet._depth_panel(
-        frame((np.nan_to_num(depth, posinf=0.0).clip(0) * 1000).astype(np.uint16)), Style()
+        frame((np.nan_to_num(depth, posinf=0.0).clip(0) * 1000).astype(np.uint16)), size, Style()
     )
     assert title.startswith("depth, 0.5")
 
@@ -107,6 +108,13 @@ def test_without_depth_or_curves_there_is_a_sheet_that_says_so(depth):
     told = viz.draw_3d(frame(depth), result(detection(None, "only 3 points of it have depth")))
     assert bare.shape == told.shape
     assert (bare != told).any()
+
+
+@pytest.mark.parametrize("size", [(4000, 40), (40, 4000), (4, 4000), (4000, 4)])
+def test_a_crop_along_a_cable_has_a_sheet_of_a_handy_size(size):
+    strip = Frame(mask=np.zeros(size, np.uint8), depth=np.ones(size, np.float32))
+    sheet = viz.draw_3d(strip, FrameResult((), (), None, size))
+    assert max(sheet.shape) < 2.2 * PANEL
 
 
 def test_a_point_and_a_far_away_loop_can_be_drawn():

@@ -52,11 +52,12 @@ def contact_sheet(
     columns = check_integer("columns", columns, 1, MAX_WHOLE)
     tile_width = check_integer("tile_width", tile_width, _MIN_TILE_PX, MAX_PX)
     style = Style()
-    tiles = [_fitted(as_picture(picture, style), tile_width) for picture in pictures]
+    tiles = [fitted(as_picture(picture, style), tile_width) for picture in pictures]
     return arrange(tiles, titles, columns, tile_width, style)
 
 
-def _fitted(picture: Picture, side: int) -> Picture:
+def fitted(picture: Picture, side: int) -> Picture:
+    """Return a picture resized as a whole, so that its longer side has a length, px."""
     height, width = picture.shape[:2]
     scale = side / max(height, width)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))

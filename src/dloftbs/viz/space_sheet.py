@@ -21,7 +21,7 @@ from dloftbs.viz import overlay
 from dloftbs.viz.items import Item
 from dloftbs.viz.lettering import Text, note
 from dloftbs.viz.shapes import Picture
-from dloftbs.viz.sheet import arrange
+from dloftbs.viz.sheet import arrange, fitted
 from dloftbs.viz.style import Colour, Style, dimmed
 
 _SAMPLES = 200
@@ -96,9 +96,9 @@ def draw_3d(
     check_type("result", result, FrameResult)
     check_type("style", style, Style)
     width = style.panel_px
-    flat = _scaled(overlay.draw(frame, result, style=style), width)
+    flat = fitted(overlay.draw(frame, result, style=style), width)
     height = max(flat.shape[0], round(_MIN_ASPECT * width))
-    title, depth = _depth_panel(frame, style)
+    title, depth = _depth_panel(frame, (flat.shape[1], flat.shape[0]), style)
     solids, absent = _solids_of(result, style)
     views = _views(solids, (height, width), style)
     if absent:
@@ -107,28 +107,22 @@ def draw_3d(
     return arrange([flat, depth, *views], titles, 2, width, style)
 
 
-def _scaled(picture: Picture, width: int) -> Picture:
-    height = max(1, round(picture.shape[0] * width / picture.shape[1]))
-    how = cv2.INTER_AREA if width < picture.shape[1] else cv2.INTER_LINEAR
-    return cv2.resize(picture, (width, height), interpolation=how).astype(np.uint8, copy=False)
-
-
-def _depth_panel(frame: Frame, style: Style) -> tuple[str, Picture]:
-    height = max(1, round(frame.size[0] * style.panel_px / frame.size[1]))
-    panel: Picture = np.full((height, style.panel_px, 3), style.ink, np.uint8)
+def _depth_panel(frame: Frame, size: tuple[int, int], style: Style) -> tuple[str, Picture]:
+    """Return the title and the picture, of a width and a height, of the depth of a frame."""
+    width, height = size
+    panel: Picture = np.full((height, width, 3), style.ink, np.uint8)
     if frame.depth is None:
         return "no depth", panel
     unit = 1.0 if np.issubdtype(frame.depth.dtype, np.floating) else frame.depth_unit_m
     metres = frame.depth.astype(np.float64) * unit
     known = np.isfinite(metres) & (metres > 0.0)
-    hatched = np.add.outer(np.arange(height), np.arange(style.panel_px)) % _HATCH_PX < _HATCH_PX // 2
+    hatched = np.add.outer(np.arange(height), np.arange(width)) % _HATCH_PX < _HATCH_PX // 2
     panel[hatched] = style.changed
     if not known.any():
         return "depth: missing everywhere", panel
     low, high = np.percentile(metres[known], _DEPTH_SHARES)
     coloured = _colours(np.where(known, metres, low), low, high)
     # The nearest pixel: a mean of what is known and what is not would be neither.
-    size = (style.panel_px, height)
     shown = cv2.resize(known.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
     panel[shown] = cv2.resize(coloured, size, interpolation=cv2.INTER_NEAREST)[shown]
     missing = 100.0 * (1.0 - known.mean())
@@ -143,8 +137,7 @@ def _colours(metres: FloatArray, low: float, high: float) -> Picture:
 def _with_bar(panel: Picture, style: Style) -> Picture:
     """Draw the scale of colours along the lower border, from near to far."""
     rows = max(4, round(_BAR * panel.shape[0]))
-    share = np.linspace(0.0, 1.0, panel.shape[1])
-    panel[-rows:] = _colours(np.tile(share, (rows, 1)), 0.0, 1.0)
+    panel[-rows:] = _colours(np.linspace(0.0, 1.0, panel.shape[1])[None], 0.0, 1.0)
     panel[-rows - 2 : -rows] = style.ink
     return panel
 

@@ -62,7 +62,7 @@ class Style:
     text_px : float
         Height of a capital letter.
     panel_px : int
-        Longer side of a panel of `draw_stages`, about: pixels are enlarged by whole factors.
+        Longer side of a panel of `draw_3d`, and of `draw_stages` about: there pixels are enlarged by whole factors.
 
     Raises
     ------
