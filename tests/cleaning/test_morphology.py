@@ -109,6 +109,14 @@ def test_where_a_mask_lies_in_the_image_does_not_decide_whether_it_is_noise(spec
     assert kept in ([0] * 8, [2 * 606] * 8)
 
 
+@pytest.mark.parametrize(("size", "cables", "apart"), [((480, 640), 8, 10), ((720, 1280), 3, 20), ((2160, 3840), 1, 0)])
+def test_thin_cables_all_across_the_image_are_no_noise(size: tuple[int, int], cables: int, apart: int) -> None:
+    mask = np.zeros(size, np.uint8)
+    for top in 100 + apart * np.arange(cables):
+        mask[top : top + 2, 20:-20] = 1
+    np.testing.assert_array_equal(to_image(clean(mask, CleaningConfig()), size), mask)
+
+
 def test_a_closing_fills_pin_holes() -> None:
     mask = np.ones((11, 11), dtype=np.uint8)
     mask[5, 5] = 0

@@ -157,8 +157,18 @@ def test_more_noise_than_that_is_left_as_it_is() -> None:
     np.testing.assert_array_equal(filled(mask, most=added - 1), mask)
     assert (filled(mask, most=added) != mask).any()
     lost = int(mask.sum() - opened(mask).sum())
-    np.testing.assert_array_equal(with_kernel(mask, 20, lost - 1), opened(mask))
+    np.testing.assert_array_equal(with_kernel(mask, 20, (lost - 1) // 8), opened(mask))
     assert (with_kernel(mask, 20, lost) != opened(mask)).any()
+
+
+def test_what_is_lost_in_large_pieces_is_no_noise() -> None:
+    mask = (np.random.default_rng(0).random((300, 401)) < 0.3).astype(np.uint8)
+    _, _, stats, _ = cv2.connectedComponentsWithStats(mask - opened(mask), connectivity=8)
+    sizes = stats[1:, cv2.CC_STAT_AREA]
+    small = int(sizes[sizes < 20].sum())
+    assert small < sizes.sum()
+    np.testing.assert_array_equal(with_kernel(mask, 20, small - 1), opened(mask))
+    assert (with_kernel(mask, 20, small) != opened(mask)).any()
 
 
 def test_without_a_length_nothing_comes_back() -> None:

@@ -26,7 +26,14 @@ from dloftbs.cleaning.kernels.mask_pieces import (
     set_pixel,
     total_ones,
 )
-from dloftbs.cleaning.kernels.thin_parts import any_within, find_cables, list_pieces, put_back, put_back_near
+from dloftbs.cleaning.kernels.thin_parts import (
+    any_within,
+    find_cables,
+    list_pieces,
+    put_back,
+    put_back_near,
+    size_of_large,
+)
 from dloftbs.kernels.compiler import helper, inlined, kernel, write
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.copying import longer
@@ -36,6 +43,12 @@ _Words = npt.NDArray[np.uint64]
 _Queue = npt.NDArray[np.int64]
 
 _NOTCH = 9  # pixels
+_DENSEST = 8
+"""Number of pixels taken, over the largest one of noise, from which on all are noise, whatever their pieces.
+
+Source: geometry; then they are a quarter of the mask's box, as cables of 2 px are that lie 8 px apart. Salt hangs
+together in pieces as large as cables where it is four tenths.
+"""
 
 
 @inlined
@@ -142,7 +155,7 @@ def open_up(bitmask: _Words, inside: _Words, reach: int, least: int, most: int) 
     least : int
         Number of pixels of a thin cable at least; 0 puts nothing back.
     most : int
-        Largest number of pixels taken; with more, the mask is noise and nothing is put back.
+        Largest number of pixels taken that are in no large piece; with more, the mask is noise and nothing is put back.
 
     Returns
     -------
@@ -155,9 +168,14 @@ def open_up(bitmask: _Words, inside: _Words, reach: int, least: int, most: int) 
         return opened
     mask, kept = bitmask.ravel(), opened.ravel()
     lost = mask & ~kept
-    if total_ones(lost) > most:
+    taken = total_ones(lost)
+    if taken > _DENSEST * most:
         return opened
-    pixels, ends = list_pieces(lost, mask, kept, rows, least)
+    joined = kept.copy()
+    pixels, ends = list_pieces(lost, mask, joined, rows, least)
+    if taken - size_of_large(ends, least) > most:
+        return opened
+    kept[:] = joined
     found = find_cables(pixels, ends, rows, least)
     if not found.any():
         return opened

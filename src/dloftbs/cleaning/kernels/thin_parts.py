@@ -82,6 +82,16 @@ def list_pieces(lost: _Words, mask: _Words, kept: _Words, rows: int, least: int)
 
 
 @helper
+def size_of_large(ends: _Queue, least: int) -> int:
+    """Return the number of pixels in large pieces."""
+    total, start = 0, 0
+    for end in ends:
+        total += (end - start) * (end - start >= least)
+        start = end
+    return total
+
+
+@helper
 def find_cables(pixels: _Queue, ends: _Queue, rows: int, least: int) -> npt.NDArray[np.bool_]:
     """Return which pieces are large, or lie in line with others."""
     found = np.zeros(len(ends), dtype=np.bool_)
