@@ -75,7 +75,8 @@ def test_wrong_arguments_are_refused(arguments, message):
         ({"ink": (0, 0, 256)}, r"three integers in 0..255.*got \(0, 0, 256\)"),
         ({"line_px": 0.0}, "line_px must be a positive number, got 0.0"),
         ({"text_px": math.nan}, "text_px must be a positive number, got nan"),
-        ({"panel_px": True}, "panel_px must be a positive number, got True"),
+        ({"panel_px": True}, "panel_px must be an integer in 1..1000000, got True"),
+        ({"panel_px": 100.5}, "panel_px must be an integer in 1..1000000, got 100.5"),
         ({"halo_opacity": 1.5}, "halo_opacity must be a number in 0..1, got 1.5"),
     ],
 )

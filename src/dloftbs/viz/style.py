@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import Field, dataclass, fields, replace
 
 from dloftbs.errors import InputError
-from dloftbs.support.values import MAX_WHOLE, abridged, as_float, check_integer, check_size
+from dloftbs.support.values import MAX_PX, MAX_WHOLE, abridged, as_float, check_integer, check_size
 
 Colour = tuple[int, int, int]
 """Blue, green, red, each in 0..255, as OpenCV takes them."""
@@ -92,7 +92,8 @@ class Style:
         for colour in (*self.palette, self.ink, self.paper, self.background, self.mask, self.changed):
             if not _is_colour(colour):
                 raise InputError(f"a colour must be three integers in 0..255 (blue, green, red), got {colour!r}")
-        for name in (*_LENGTHS, "panel_px"):
+        check_integer("panel_px", self.panel_px, 1, MAX_PX)
+        for name in _LENGTHS:
             if not (_is_finite(getattr(self, name)) and getattr(self, name) > 0):
                 raise InputError(f"{name} must be a positive number, got {getattr(self, name)!r}")
         if not (_is_finite(self.halo_opacity) and 0.0 <= self.halo_opacity <= 1.0):
