@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import re
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 
@@ -20,6 +21,7 @@ from dloftbs.config import (
     SegmentationConfig,
     SegmentsConfig,
     TrackingConfig,
+    choose_config,
 )
 from dloftbs.errors import ConfigError
 
@@ -189,6 +191,12 @@ def test_replace_follows_dotted_paths_and_leaves_the_original():
         linking=LinkingConfig(objects=5), fitting=FittingConfig(knots=40), tracking=TrackingConfig(gate=0.4)
     )
     assert original == Config()
+
+
+def test_mappings_of_any_kind_are_read_as_dictionaries():
+    plain = {"linking": {"objects": 2}, "segmentation": {"hsv": "red"}}
+    nested = MappingProxyType({name: MappingProxyType(section) for name, section in plain.items()})
+    assert Config.from_dict(nested) == choose_config(nested, None, None) == Config.from_dict(plain)
 
 
 def test_another_method_keeps_the_settings_that_both_have():

@@ -96,7 +96,7 @@ class Config(Section, frozen=True, kw_only=True):
         )
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Config:
+    def from_dict(cls, data: Mapping[str, Any]) -> Config:
         """Build a configuration from nested dictionaries; omitted values keep their defaults.
 
         The sections `linking`, `lifting` and `tracking` may name their ``method``: ``"bending"`` or ``"greedy"``,
@@ -107,6 +107,8 @@ class Config(Section, frozen=True, kw_only=True):
         ConfigError
             On an unknown key, a wrong type or a value out of range, with the path of the culprit.
         """
+        if isinstance(data, Mapping):
+            data = {key: dict(part) if isinstance(part, Mapping) else part for key, part in data.items()}
         for name, (default, *_) in _METHODS.items():
             section = data.get(name) if isinstance(data, dict) else None
             if isinstance(section, dict) and "method" not in section:
@@ -276,7 +278,7 @@ def _as_config(config: ConfigLike) -> Config:
     if isinstance(config, (str, os.PathLike)):
         return Config.from_file(Path(os.path.expanduser(os.fsdecode(config))))
     if isinstance(config, Mapping):
-        return Config.from_dict(dict(config))
+        return Config.from_dict(config)
     raise InputError(f"config must be a Config, the path of a YAML file or a dictionary, got {shown(config)}")
 
 
