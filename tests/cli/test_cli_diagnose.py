@@ -116,14 +116,15 @@ def test_frames_that_differ_and_share_a_stamp_are_named():
     report = RunReport()
     diagnosis = Diagnosis(report, Config().lifting)
     pipeline = Pipeline()
-    for i, row in enumerate((30, 31, 31)):
+    for i, row in enumerate((30, 40, 40)):
         frame = Frame(mask=mask(row), index=i, stamp=1.0)
         result = pipeline.process(frame)
         report.add(result)
         diagnosis.add(frame, pipeline.mask, result)
     assert diagnosis.findings(None) == [
-        "1 of 3 frames differ from the one before, but have its stamp, and get its result: save stamps in float64 that "
-        "are not rounded, or state the rate by --fps RATE"
+        "frame 1 to 2 differs from the one before it and has the same stamp, 1 s; such frames are taken for "
+        "repetitions and get the result before them: give stamps in float64 that are not rounded, or the rate (fps, "
+        "--fps) (2 of 3 frames)"
     ]
 
 

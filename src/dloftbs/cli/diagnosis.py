@@ -14,8 +14,8 @@ from dloftbs.config import DepthConfig
 from dloftbs.data.depth import to_metres
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.pipeline.plausibility import GRID_PX, doubt_mask, share_set
-from dloftbs.pipeline.thickness import doubt_unit, thickness_m
+from dloftbs.pipeline.plausibility import GRID_PX, share_set
+from dloftbs.pipeline.thickness import thickness_m
 from dloftbs.sources import Source
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.mask_values import kind_of
@@ -46,7 +46,6 @@ class Diagnosis:
         self._shares: list[float] = []
         self._soft = 0
         self._same: Counter[str] = Counter()  # frames whose image, or depth, is that of the frame before
-        self._repeated = 0  # frames that differ from the one before, and have its stamp
         self._last: Frame | None = None
         self._kinds: Counter[str] = Counter()
         self._sizes: Counter[tuple[int, int]] = Counter()
@@ -56,14 +55,16 @@ class Diagnosis:
         self._counts: Counter[int] = Counter()
         self._widths_px: list[float] = []
         self._thickness: list[tuple[float, float]] = []
-        self._doubts, self._units = Reasons(), Reasons()
-        self._dropped = Reasons()
+        self._doubts, self._dropped = Reasons(), Reasons()
         self._worst: list[tuple[float, int, Frame, FrameResult]] = []
 
     def add(self, frame: Frame, mask: AnyArray | None, result: FrameResult) -> None:
         """Take a frame, the mask that was made of it, and its result."""
         self._sizes[frame.size] += 1
         self._stamps += [] if frame.stamp is None else [frame.stamp]
+        is_repeated = self._last is not None and is_same_time(frame.stamp, self._last.stamp)
+        for doubt in result.diagnosis if result or is_repeated else ():  # of others, the reason says so
+            self._doubts.add(doubt)
         self._add_pictures(frame, mask)
         self._add_objects(frame, result)
         sure = min((one.confidence for one in result), default=-1.0)
@@ -88,7 +89,6 @@ class Diagnosis:
             self._shares.append(share_set(mask))
         self._soft += frame.mask is not None and frame.mask_is == "auto" and kind_of(frame.mask) == "probability"
         before, self._last = self._last, frame
-        self._repeated += before is not None and is_same_time(frame.stamp, before.stamp) and _differ(frame, before)
         for kind, now in (("image", frame.image), ("depth", depth)):
             one: AnyArray | None = getattr(before, kind, None)
             self._same[kind] += one is not None and now is not None and np.array_equal(one, now)
@@ -97,10 +97,6 @@ class Diagnosis:
         self._counts[len(result)] += 1
         self._widths_px += [one.width_px for one in result]
         self._thickness += [measured for one in result if (measured := thickness_m(one)) is not None]
-        if result and self._shares and (doubt := doubt_mask(self._shares[-1])) is not None:
-            self._doubts.add(doubt)  # of others, the reason says so
-        if (doubt := doubt_unit(result.detections, frame)) is not None:
-            self._units.add(doubt)
         for one in result.dropped:
             self._dropped.add(one.reason)
         if frame.depth is not None and len(result):
@@ -177,11 +173,6 @@ class Diagnosis:
             if 2 * times > frames:
                 what = f"{times} of {frames} frames have the {kind} of the frame before, to the last bit"
                 found.append((times, f"{what}: is the camera frozen, or does a recording repeat frames?"))
-        if self._repeated:
-            what = f"{self._repeated} of {frames} frames differ from the one before, but have its stamp"
-            remedy = "save stamps in float64 that are not rounded, or state the rate by --fps RATE"
-            found.append((self._repeated, f"{what}, and get its result: {remedy}"))
-        found += [(times, f"{text} ({_of(times, frames)})") for text, times in self._units.counts().items()]
         found += [(n, f"no curve in space, {n} times: {text}") for text, n in report.reasons_3d.counts().items()]
         found += [(frames, text) for text in report.warnings()]
         if self._dropped.total > frames:
@@ -197,12 +188,6 @@ class Diagnosis:
             took = f"a frame takes {typical_ms:.0f} ms, and comes after {1e3 / fps:.0f} ms"
             texts.append(f"{took}: --roi or a smaller image")
         return texts
-
-
-def _differ(frame: Frame, other: Frame) -> bool:
-    """Return whether the pixels of two frames of a stream differ."""
-    pairs = (frame.image, other.image), (frame.mask, other.mask)
-    return any(one is not None and another is not None and not np.array_equal(one, another) for one, another in pairs)
 
 
 def _spread(values: Sequence[float], form: str) -> str:
