@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from dloftbs.cli.frames import UsableFrames
 from dloftbs.cli.input_options import InputOptions
 from dloftbs.config import Config
-from dloftbs.data.frame import Frame
 from dloftbs.ros import RosFrame
 from dloftbs.ros.bag_file import Channel, RawMessage
 from dloftbs.sources import Source
@@ -41,21 +39,3 @@ def test_messages_of_a_frame_that_is_left_out_go_with_the_next_one():
     ]
     assert found == [(0, [[0], [0]]), (3, [[1, 2, 3], [3]]), (4, [[4], [4]])]
     assert frames.skipped == 2
-
-
-class Told(Source):
-    """The same grey mask, of which nobody said what it is, and somebody did."""
-
-    name = "masks"
-
-    def __iter__(self):
-        mask = np.arange(256, dtype=np.uint8).reshape(16, 16)
-        yield Frame(mask=mask)
-        yield Frame(mask=mask, index=1, mask_is="probability")
-
-
-@pytest.mark.parametrize("mask_is", ["auto", "binary", "probability"])
-def test_masks_are_told_what_the_configuration_says_of_them(mask_is):
-    config = Config().replace({"segmentation.mask_is": mask_is})
-    found = [frame.mask_is for frame in UsableFrames(Told(), config, INPUTS, "masks")]
-    assert found == [mask_is, "probability"]

@@ -68,7 +68,6 @@ class UsableFrames:
         self._asks_depth = config.segmentation.plane is not None
         self._had_depth = False
         self._has_masks = inputs.masks is not None or inputs.instances is not None
-        self._mask_is = config.segmentation.mask_is
         self._roi = config.region.roi
         self._size: tuple[int, int] | None = None
         self._unusable = 0
@@ -90,13 +89,8 @@ class UsableFrames:
                 _log.warning("skipped frame %d (%s): %s", frame.index, frame.name, problem)
                 earlier += _small_ones_of(frame)
                 continue
-            yield self._told(_with_recorded(frame, earlier) if earlier else frame)
+            yield _with_recorded(frame, earlier) if earlier else frame
             earlier = []
-
-    def _told(self, frame: Frame) -> Frame:
-        """Return a frame whose mask says what the configuration says of masks, for whoever draws or writes it."""
-        is_told = self._mask_is == "auto" or frame.mask is None or frame.mask_is != "auto"
-        return frame if is_told else replace(frame, mask_is=self._mask_is)
 
     def _problem(self, frame: Frame) -> str | None:
         """Return why a frame is not usable; None if it is."""
