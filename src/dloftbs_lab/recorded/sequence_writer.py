@@ -56,11 +56,11 @@ def write_sequence(sequence: KnownFrames, folder: str | os.PathLike[str], *, vid
 
         folder/
           sequence.json       name, fps, how many frames there will be
-          truth.jsonl         a line per frame: curves, ids, camera, stamp, kind of mask, unit of depth, and its files
+          truth.jsonl         a line per frame: curves, ids, camera, stamp, kind of mask, unit of depth, grippers, files
           images/000000.png   BGR, without loss
           masks/000000.png    .npy where the type is none of bool, uint8 and uint16
           depth/000000.png    uint16 as it is, or metres as 16-bit millimetres where that loses nothing; else .npy
-          occluders/          as masks/
+          occluders/          as masks/; instances/ too
           visible/000000.png  which object is seen where: 0 is none, i + 1 the i-th curve
 
     A frame's line comes after its files. So whatever ends the writing, all frames with a line are whole, and the reader
@@ -118,6 +118,8 @@ def _write_frames(sequence: KnownFrames, root: Path, records: AppendFile, images
             "depth": None if frame.depth is None else _write_depth(root, index, frame.depth),
             "depth_unit_m": frame.depth_unit_m,
             "occluders": None if frame.occluders is None else _write_mask(root, "occluders", index, frame.occluders),
+            "instances": None if frame.instances is None else _write_mask(root, "instances", index, frame.instances),
+            "grippers": None if frame.grippers is None else frame.grippers.tolist(),
             "visible": _write_visible(root, index, frame, truth) if truth.visible_masks else None,
             "truth": truth.to_dict(),
             "image": images.add(index, frame),

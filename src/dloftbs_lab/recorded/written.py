@@ -27,7 +27,7 @@ written: what dloftbs_lab.write_sequence leaves
   folder/
     sequence.json
     truth.jsonl           a line per frame
-    images/000000.png     or images.mp4; beside it masks/, depth/, occluders/, visible/ where there are any"""
+    images/000000.png     or images.mp4; beside it masks/, depth/, occluders/, instances/, visible/ as there are"""
 
 HEADER = "sequence.json"
 RECORDS = "truth.jsonl"
@@ -64,6 +64,8 @@ class _Record(msgspec.Struct):
     image: str | None
     mask_is: str = "auto"
     depth_unit_m: float = MILLIMETRE_M
+    instances: _Stored | None = None
+    grippers: list[list[float]] | None = None
 
 
 class WrittenSequence(RecordedSequence):
@@ -113,6 +115,8 @@ class WrittenSequence(RecordedSequence):
             name=record.name,
             depth_unit_m=record.depth_unit_m,
             mask_is=record.mask_is,
+            instances=None if record.instances is None else self._mask(record.instances),
+            grippers=None if record.grippers is None else np.reshape(record.grippers, (-1, 4)),
         )
 
     def _truth(self, index: int) -> Truth:

@@ -63,6 +63,16 @@ def test_occluders_come_back(tmp_path, kind):
     assert_same_frame(read_back(OneFrame(frame), tmp_path).frame(0), frame)
 
 
+@pytest.mark.parametrize("grippers", [[], [[0.1, -0.2, 1.0 / 3.0, 0.05], [0.0, 0.0, 0.7, 0.0]]])
+def test_instances_and_grippers_come_back(tmp_path, grippers):
+    instances = np.arange(np.prod(SIZE)).reshape(SIZE).astype(np.uint16) % 700
+    frame = Frame(mask=instances > 3, instances=instances, grippers=np.reshape(grippers, (-1, 4)))
+    back = read_back(OneFrame(frame), tmp_path).frame(0)
+    assert_same_frame(back, frame)
+    assert_same_bits(back.instances, frame.instances)
+    assert_same_bits(back.grippers, frame.grippers)
+
+
 @pytest.mark.parametrize("unit_m", [1e-4, 1e-3, 2.5e-4])
 def test_the_unit_of_depth_comes_back(tmp_path, unit_m):
     frame = Frame(mask=np.zeros(SIZE, bool), depth=np.full(SIZE, 7531, np.uint16), depth_unit_m=unit_m)
