@@ -212,8 +212,22 @@ def open(
         opening = _Opening(kind, mask_is, camera, fps, rules, own_registration, depth_unit_m, jobs, upright)
         source = _open_recorded(where, opening)
     else:
-        source = _open_ros(
-            recording, topics, kind, mask_is, camera, own_registration, depth_unit_m, fps, depth is None, keep_messages
+        from dloftbs.ros import BagSource
+
+        source = BagSource(
+            recording,
+            topic=topic,
+            depth_topic=depth_topic,
+            info_topic=info_topic,
+            mask_topic=mask_topic,
+            kind=kind,
+            mask_is=mask_is,
+            camera=camera,
+            registration=own_registration,
+            depth_unit_m=depth_unit_m,
+            fps=fps,
+            guess_depth=depth is None,
+            keep_messages=keep_messages,
         )
     if registration is not None and depth is None and not source.has_depth:
         source.close()
@@ -245,37 +259,6 @@ def _recording(where: Where, topics: dict[str, str | None]) -> Path | None:
     if named:
         raise InputError(f"{' and '.join(named)}: only recordings of ROS have topics, and {shown(where)} is none")
     return None
-
-
-def _open_ros(
-    path: Path,
-    topics: dict[str, str | None],
-    kind: Kind,
-    mask_is: str,
-    camera: PinholeCamera | None,
-    registration: DepthRegistration | None,
-    depth_unit_m: float,
-    fps: float | None,
-    guess_depth: bool,
-    keep_messages: bool,
-) -> Source:
-    from dloftbs.ros import BagSource
-
-    return BagSource(
-        path,
-        topic=topics["topic"],
-        depth_topic=topics["depth_topic"],
-        info_topic=topics["info_topic"],
-        mask_topic=topics["mask_topic"],
-        kind=kind,
-        mask_is=mask_is,
-        camera=camera,
-        registration=registration,
-        depth_unit_m=depth_unit_m,
-        fps=fps,
-        guess_depth=guess_depth,
-        keep_messages=keep_messages,
-    )
 
 
 def _cameras(
@@ -326,16 +309,8 @@ def _open_recorded(where: Where, given: _Opening) -> Source:
     paths = [Path(os.path.expanduser(item)) for item in where]
     for path in paths:
         _check_exists(path)
-    return FileSource(
-        paths,
-        f"{len(paths)} files",
-        kind=kind,
-        mask_is=mask_is,
-        camera=camera,
-        fps=fps,
-        jobs=jobs,
-        upright=upright,
-    )
+    name = f"{len(paths)} files"
+    return FileSource(paths, name, kind=kind, mask_is=mask_is, camera=camera, fps=fps, jobs=jobs, upright=upright)
 
 
 def _open_path(path: Path, given: _Opening) -> Source:

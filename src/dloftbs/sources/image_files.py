@@ -7,12 +7,10 @@ import os
 import re
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import closing
 from decimal import Decimal
 from pathlib import Path
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
 from dloftbs.sources.image_header import AVIF_HEAD, is_avif_sequence, is_image
 from dloftbs.sources.picture_stream import PictureStream
@@ -70,25 +68,10 @@ class FileSource(PictureStream):
         self._jobs = jobs
         self._upright = upright
 
-    def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames, read one by one; what cannot be read is skipped.
-
-        The first frame of another size than those before is reported: tracks begin anew with it.
-
-        Raises
-        ------
-        SourceError
-            If the source is closed, or its only file cannot be read.
-        """
-        self._begin()
-        return self._frames()
-
-    def _frames(self) -> Iterator[Frame]:
+    def _pictures(self) -> Iterator[Picture | SourceError]:
         if self._jobs == 1:
-            yield from self._made(map(self._read, self.paths))
-            return
-        with closing(in_order(self._read, self.paths, self._jobs)) as reads:
-            yield from self._made(reads)
+            return map(self._read, self.paths)
+        return in_order(self._read, self.paths, self._jobs)
 
     def _read(self, path: Path) -> Picture | SourceError:
         try:

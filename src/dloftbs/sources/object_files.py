@@ -10,7 +10,6 @@ from itertools import pairwise
 from pathlib import Path
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.data.frame import Frame
 from dloftbs.data.instance_labels import Labels, Size, as_labels, check_kind, paint
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.annotations import ANNOTATION_SUFFIXES, read_annotations, read_coco
@@ -149,16 +148,8 @@ class ObjectFileSource(PictureStream):
         self._groups = tuple(groups.values())
         self._rule = rule
 
-    def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames, each with its instances and their mask; what cannot be read is skipped.
-
-        Raises
-        ------
-        SourceError
-            If the source is closed, or the only frame cannot be read.
-        """
-        self._begin()
-        return self._made(map(self._picture, self._groups))
+    def _pictures(self) -> Iterator[Picture | SourceError]:
+        return map(self._picture, self._groups)
 
     def _picture(self, files: Sequence[Path]) -> Picture | SourceError:
         try:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from abc import abstractmethod
+from collections.abc import Iterator, Sequence
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
@@ -15,7 +16,7 @@ from dloftbs.sources.source import Source, logger
 class PictureStream(Source):
     """Pictures, a frame each; what cannot be decoded is skipped, unless there is no other.
 
-    A subclass gives `__iter__`, by `_made`.
+    A subclass gives `_pictures`. The first frame of another size than those before is reported: tracks begin anew.
 
     Parameters
     ----------
@@ -46,11 +47,25 @@ class PictureStream(Source):
         self._mask_is = mask_is
         self._camera = camera
 
-    def _made(self, pictures: Iterable[Picture | SourceError]) -> Iterator[Frame]:
-        """Yield the frames; each remark, and the first frame of another size, is reported once."""
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frames, made one by one; what cannot be decoded is skipped.
+
+        Raises
+        ------
+        SourceError
+            If the source is closed, or its only frame cannot be decoded.
+        """
+        self._begin()
+        return self._frames()
+
+    @abstractmethod
+    def _pictures(self) -> Iterator[Picture | SourceError]:
+        """Yield what each frame is made of, or why it cannot be decoded."""
+
+    def _frames(self) -> Iterator[Frame]:
         names: dict[tuple[int, int], str] = {}  # of the first frame of each size
         said: set[str] = set()
-        for index, (label, picture) in enumerate(zip(self._labels, pictures, strict=True)):
+        for index, (label, picture) in enumerate(zip(self._labels, self._pictures(), strict=True)):
             if isinstance(picture, SourceError):
                 if self.length == 1:
                     raise picture

@@ -7,7 +7,6 @@ import zipfile
 from collections.abc import Iterator
 
 from dloftbs.camera import DepthRegistration, PinholeCamera
-from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
 from dloftbs.sources.animations import AnimationSource
 from dloftbs.sources.image_header import FORMATS, is_avif_sequence, read_durations, read_size
@@ -60,17 +59,6 @@ class ImageSource(PictureStream):
         self._data = data
         self._kind = kind
         self._upright = upright
-
-    def __iter__(self) -> Iterator[Frame]:
-        """Yield the frame.
-
-        Raises
-        ------
-        SourceError
-            If the source is closed, or the image cannot be decoded, or is not what `kind` asks for.
-        """
-        self._begin()
-        return self._made(self._pictures())
 
     def _pictures(self) -> Iterator[Picture]:
         try:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import cast
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
 from dloftbs.sources.picture_stream import PictureStream
 from dloftbs.sources.pixel_values import as_depth
@@ -19,7 +18,7 @@ TIFF_EXTENSIONS = (".tif", ".tiff")
 
 
 class PageSource(PictureStream):
-    """The pages of a TIFF file, which is kept in memory as it is; smaller copies of pages are left out.
+    """The pages of a TIFF file, kept in memory as it is; smaller copies of pages are left out, lost ones skipped.
 
     Parameters
     ----------
@@ -65,22 +64,9 @@ class PageSource(PictureStream):
         self._kind = kind
         self._upright = upright
 
-    def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames; what cannot be decoded is skipped, and so are pages that the file has lost.
-
-        The first page of another size than those before is reported: tracks begin anew with it.
-
-        Raises
-        ------
-        SourceError
-            If the source is closed, or the only page cannot be decoded.
-        """
-        self._begin()
-        return self._frames()
-
-    def _frames(self) -> Iterator[Frame]:
-        yield from self._made(map(self._read, range(len(self._pages))))
-        if self._cut and not self._closed:
+    def _pictures(self) -> Iterator[Picture | SourceError]:
+        yield from map(self._read, range(len(self._pages)))
+        if self._cut:
             self._skip(f"what follows page {len(self._pages) - 1} of {self.name}", "it is cut off or damaged")
 
     @property
