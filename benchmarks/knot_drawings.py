@@ -19,7 +19,10 @@ FloatArray = npt.NDArray[np.float64]
 KNOTS = [f"{n}_{k}" for n, count in ((3, 1), (4, 1), (5, 2), (6, 3), (7, 7)) for k in range(1, count + 1)]
 _LIGHT = np.array([-0.42, -0.58, 0.70])
 _SAMPLES = 1500
-_GRID = 10.0  # of spherogram's drawings
+_GRID = 10.0  # of spherogram's drawings, and of random ropes
+
+Lines = tuple[npt.NDArray[np.float64], list[tuple[int, int]]]
+"""Corners (n, 2) of a closed rope of straight sides on a grid; its crossings, as the sides below and above."""
 _BLUE, _GROUND = np.array([196.0, 92.0, 12.0]), 150.0
 
 
@@ -31,11 +34,27 @@ class Drawing:
     truth: Diagram
 
 
-def draw_knot(
-    link: Any, rng: np.random.Generator, is_open: bool, width_px: float = 12.0, step_widths: float = 4.0
-) -> Drawing:
+def draw_knot(link: Any, rng: np.random.Generator, is_open: bool) -> Drawing:
     """Draw a knot of spherogram: its own drawing with straight lines, rounded, turned and sheared, or cut."""
-    corners, order = _straight_lines(link)
+    points, truth = _lay(_straight_lines(link), rng, is_open, 12.0, 4.0)
+    return Drawing(_paint(points, 12.0, rng), truth)
+
+
+def draw_random(rng: np.random.Generator, step_widths: float, *, knotted: bool) -> Drawing:
+    """Draw a random open rope of 3 to 8 crossings, whose strands lie so many widths apart."""
+    while True:
+        lines, width_px = _random_lines(rng), float(rng.uniform(8.0, 16.0))
+        if 3 <= len(lines[1]) <= 8:
+            points, truth = _lay(lines, rng, True, width_px, step_widths)
+            if truth.is_knotted is knotted:
+                return Drawing(_paint(points, width_px, rng), truth)
+
+
+def _lay(
+    lines: Lines, rng: np.random.Generator, is_open: bool, width_px: float, step_widths: float
+) -> tuple[FloatArray, Diagram]:
+    """Return points (n, 3) of a rope along straight lines, px, and its diagram."""
+    corners, order = lines
     sides = np.roll(corners, -1, axis=0) - corners
     lengths = np.abs(sides).sum(axis=1)
     starts = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -63,17 +82,14 @@ def draw_knot(
         gap = int(1.5 * width_px / np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
         points, height = (np.roll(one, -cut - gap, axis=0)[: -2 * gap] for one in (points, height))
     points += 3.0 * width_px - points.min(axis=0)
-    size = tuple(np.ceil(points.max(axis=0) + 3.0 * width_px).astype(int)[::-1])
     # As seen, the y axis of the image points down.
     truth = Diagram.from_curves([np.column_stack([points * (1.0, -1.0), height])], closed=not is_open)
-    mask, image = _paint(np.column_stack([points, 0.6 * width_px * height]), size, width_px, rng)
-    return Drawing(Frame(mask=mask, image=image), truth)
+    return np.column_stack([points, 0.6 * width_px * height]), truth
 
 
-def _paint(
-    curve: FloatArray, size: tuple[int, int], width_px: float, rng: np.random.Generator
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.uint8]]:
+def _paint(curve: FloatArray, width_px: float, rng: np.random.Generator) -> Frame:
     """Paint spheres along a curve, the nearest in front, lit from one side, with the noise of a camera."""
+    size = tuple(np.ceil(curve[:, :2].max(axis=0) + 3.0 * width_px).astype(int)[::-1])
     radius = 0.5 * width_px
     top = np.full(size, -np.inf)
     light = np.zeros(size)
@@ -92,11 +108,24 @@ def _paint(
     mask = np.isfinite(top)
     picture = np.where(mask[..., None], light[..., None] * _BLUE, _GROUND)
     picture += rng.normal(0.0, 3.0, picture.shape)
-    return mask, np.clip(picture, 0.0, 255.0).astype(np.uint8)
+    return Frame(mask=mask, image=np.clip(picture, 0.0, 255.0).astype(np.uint8))
 
 
-def _straight_lines(link: Any) -> tuple[FloatArray, list[tuple[int, int]]]:
-    """Return the corners (n, 2) of a knot's drawing and its crossings, as the sides below and above."""
+def _random_lines(rng: np.random.Generator) -> Lines:
+    """Return a random rope: an upright side in each column and a level one in each row, either of a pair on top."""
+    count = int(rng.integers(4, 8))
+    columns, rows = rng.permutation(count), rng.permutation(count)
+    corners = _GRID * np.array([np.repeat(columns, 2), np.roll(np.repeat(rows, 2), 1)], float).T
+    crossings = [
+        (2 * i, 2 * j + 1)
+        for i, j in np.ndindex(count, count)
+        if (columns[i] - columns[j]) * (columns[i] - columns[(j + 1) % count]) < 0
+        and (rows[j] - rows[i - 1]) * (rows[j] - rows[i]) < 0
+    ]
+    return corners, [pair if rng.random() < 0.5 else pair[::-1] for pair in crossings]
+
+
+def _straight_lines(link: Any) -> Lines:
     from spherogram.links.orthogonal import OrthogonalLinkDiagram
 
     corners, sides, crossings = OrthogonalLinkDiagram(link).plink_data()

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.docs import arguments, published
-from benchmarks.knot_drawings import KNOTS, Drawing, draw_knot
+from benchmarks.knot_drawings import KNOTS, Drawing, draw_knot, draw_random
 from dloftbs import InputError, Pipeline, viz
 from dloftbs.topology import Diagram
 from dloftbs.topology.knot_type import determinant
@@ -200,18 +200,9 @@ def named(count: int) -> list[tuple[str, Drawing]]:
 
 def tangled(count: int, step_widths: float) -> list[tuple[str, Drawing]]:
     """Draw random open ropes of 3 to 8 crossings, half of these knotted."""
-    from spherogram import random_link
-
     rng = np.random.default_rng(SEED + 1)
-    made: list[tuple[str, Drawing]] = []
-    random.seed(SEED)
-    while len(made) < count:
-        link = random_link(int(rng.integers(4, 9)), num_components=1, initial_map_gives_link=True)
-        wanted = len(made) % 2 == 0
-        if len(link.crossings) > 2 and Diagram.from_pd_code(link.PD_code()).is_knotted is wanted:
-            drawing = draw_knot(link, rng, True, float(rng.uniform(8.0, 16.0)), step_widths)
-            made.append(("knotted" if wanted else "trivially tangled", drawing))
-    return made
+    kinds = "knotted", "trivially tangled"
+    return [(kinds[k % 2], draw_random(rng, step_widths, knotted=k % 2 == 0)) for k in range(count)]
 
 
 def picture(drawings: list[tuple[str, Drawing]]) -> npt.NDArray[np.uint8]:
@@ -234,13 +225,13 @@ def main() -> None:
         against_spherogram(5000 // share)
         drawn_ropes(
             "knots of up to 7 crossings, named",
-            named(560 // share),
+            named(112 // share),
             _is_named,
         )
         for step_widths in (4.0, 3.2, 2.8):
             drawn_ropes(
                 f"random ropes, strands {step_widths:g} widths apart",
-                tangled(400 // share, step_widths),
+                tangled(120 // share, step_widths),
                 _is_told,
             )
     if options.docs:
