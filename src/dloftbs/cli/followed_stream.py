@@ -14,6 +14,7 @@ from dloftbs.cli.stream_report import RunReport
 from dloftbs.config import Config
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.errors import SourceError
 from dloftbs.sinks.overlay_pictures import MAX_FPS, MIN_FPS
 from dloftbs.sources import Source
 from dloftbs.support.overlap import Ahead, Behind
@@ -61,11 +62,13 @@ class FollowedStream(ABC, Generic[Given]):
     source : Source
         Of the view whose results are written.
     report : RunReport
+    options : StreamOptions
     """
 
     source: Source
     report: RunReport
-    _options: StreamOptions
+    options: StreamOptions
+    _nothing: str
     _read: Ahead[Given]
     _in_turn: bool = False
 
@@ -77,7 +80,7 @@ class FollowedStream(ABC, Generic[Given]):
         """
         if self.source.live:
             return None
-        rate = _FPS if self.source.fps is None else self.source.fps / self._options.every
+        rate = _FPS if self.source.fps is None else self.source.fps / self.options.every
         return min(max(rate, MIN_FPS), MAX_FPS)
 
     @property
@@ -98,6 +101,17 @@ class FollowedStream(ABC, Generic[Given]):
     ) -> None:
         self._read.__exit__(kind, error, trace)
         self.report.skipped, self.report.missed = self._skipped, self._read.missed
+
+    def check_frames(self) -> None:
+        """Find out whether there was something to follow.
+
+        Raises
+        ------
+        SourceError
+            If no frame could be read, or no moment that both streams have.
+        """
+        if not self.report.frames:
+            raise SourceError(self._nothing)
 
     def follow(
         self,
@@ -132,7 +146,7 @@ class FollowedStream(ABC, Generic[Given]):
             shown(self.report)
 
         with Behind(add, in_turn=self._in_turn) as written:
-            for given in islice(self._read, self._options.limit):
+            for given in islice(self._read, self.options.limit):
                 written.put(self._result_of(given))
                 if stop():
                     raise KeyboardInterrupt

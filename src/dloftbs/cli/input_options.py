@@ -180,20 +180,10 @@ class InputOptions:
             where,
             kind=kind_for(self.kind, segmented=segmented),
             mask_is=mask_is,
-            depth=self.depth,
-            masks=self.masks,
-            occluders=self.occluders,
-            instances=self.instances,
-            camera=self.camera,
-            registration=self.registration,
-            depth_unit_m=self.depth_unit_m,
             fps=fps,
             jobs=jobs,
-            topic=self.topic,
-            depth_topic=self.depth_topic,
-            info_topic=self.info_topic,
-            mask_topic=self.mask_topic,
             keep_messages=keep_messages,
+            **{name: value for name, value in vars(self).items() if name not in ("kind", "robot", "pose")},
         )
         return source if self.robot is None else self.robot.wrap(source, where, self.pose)
 
@@ -237,6 +227,10 @@ def topic_options(command: Command) -> Command:
     for option in reversed(options):
         command = option(command)
     return command
+
+
+_AS_GIVEN = ("depth", "occluders", "instances", "topic", "depth_topic", "info_topic")
+"""Options that `InputOptions` has as the command line gives them."""
 
 
 def input_options(command: Command) -> Command:
@@ -305,17 +299,11 @@ def input_options(command: Command) -> Command:
     def with_inputs(
         *args: Any,
         kind: Kind,
-        depth: str | None,
         masks: str | None,
-        occluders: str | None,
-        instances: str | None,
+        mask_topic: str | None,
         camera: str | None,
         registration: str | None,
         depth_unit: float | None,
-        topic: str | None,
-        depth_topic: str | None,
-        info_topic: str | None,
-        mask_topic: str | None,
         **kwargs: Any,
     ) -> None:
         for option, given in (("--masks", masks), ("--mask-topic", mask_topic)):
@@ -325,9 +313,15 @@ def input_options(command: Command) -> Command:
                 )
         if masks is not None and mask_topic is not None:
             raise click.UsageError("--masks and --mask-topic are two sources of masks; leave out one")
-        cameras = parse_camera(camera), parse_registration(registration)
-        topics = topic, depth_topic, info_topic
-        inputs = InputOptions(kind, depth, masks, occluders, *cameras, depth_unit, *topics, instances, mask_topic)
+        inputs = InputOptions(
+            kind,
+            masks=masks,
+            camera=parse_camera(camera),
+            registration=parse_registration(registration),
+            depth_unit_m=depth_unit,
+            mask_topic=mask_topic,
+            **{name: kwargs.pop(name) for name in _AS_GIVEN},
+        )
         command(*args, inputs=inputs, **kwargs)
 
     return with_inputs

@@ -6,6 +6,7 @@ from collections.abc import Generator, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import islice
+from typing import Any
 
 from dloftbs.cli.followed_stream import FollowedStream, StreamOptions
 from dloftbs.cli.frames import UsableFrames
@@ -13,11 +14,10 @@ from dloftbs.cli.input_options import InputOptions
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError
 from dloftbs.sources import Source
 from dloftbs.sources.video import LiveSource
 from dloftbs.stereo import CameraRig, StereoPipeline
-from dloftbs.support.arrays import AnyArray
 from dloftbs.support.overlap import Ahead, cores
 
 _APART_S = 0.02
@@ -63,7 +63,7 @@ class StereoRun(FollowedStream[Pair]):
         if len(rig.cameras) != 2:
             raise InputError(f"the rig of two streams must have two cameras, got {len(rig.cameras)}")
         self._pipeline = StereoPipeline(rig, options.config)
-        self._options = options
+        self.options = options
         segmented = options.config.segmentation.needs_image
         inputs = [options.inputs] if side_by_side else [options.inputs, right]
         self._sources: list[Source] = []
@@ -85,6 +85,8 @@ class StereoRun(FollowedStream[Pair]):
         lives = [source for source in self._sources if isinstance(source, LiveSource)]
         for source in lives:  # one clock for all, though one was opened after the other
             source.opened_s = lives[0].opened_s
+        names = " and ".join(source.name for source in self._sources)
+        self._nothing = f"{names}: no moment of both views could be read"
         self._frames = [
             UsableFrames(source, options.config, own, path)
             for source, own, path in zip(self._sources, inputs, where, strict=False)
@@ -104,18 +106,6 @@ class StereoRun(FollowedStream[Pair]):
         result = self._pipeline.process(given)
         return replace(given[0], camera=self._pipeline.rig.cameras[0]), result.as_frame_result()
 
-    def check_frames(self) -> None:
-        """Find out whether there was something to follow.
-
-        Raises
-        ------
-        SourceError
-            If there was no moment that both streams have.
-        """
-        if not self.report.frames:
-            names = " and ".join(source.name for source in self._sources)
-            raise SourceError(f"{names}: no moment of both views could be read")
-
     def _wanted(self) -> Generator[Pair, None, None]:
         """Yield the pairs, and close the sources in the thread that reads; of recordings, read none in excess."""
         with ExitStack() as stack:
@@ -126,8 +116,8 @@ class StereoRun(FollowedStream[Pair]):
             else:
                 apart_s = _APART_S if not self.source.fps else 0.5 / self.source.fps
                 pairs = pairs_of(iter(self._frames[0]), iter(self._frames[1]), apart_s)
-            wanted = islice(pairs, 0, None, self._options.every)
-            yield from wanted if self.source.live else islice(wanted, self._options.limit)
+            wanted = islice(pairs, 0, None, self.options.every)
+            yield from wanted if self.source.live else islice(wanted, self.options.limit)
 
 
 def pairs_of(left: Iterator[Frame], right: Iterator[Frame], apart_s: float) -> Iterator[Pair]:
@@ -214,18 +204,9 @@ def halves_of(frame: Frame) -> Pair:
 
 
 def _cut(frame: Frame, columns: slice) -> Frame:
-    def part(array: AnyArray | None) -> AnyArray | None:
-        return None if array is None else array[:, columns]
-
-    return Frame(
-        image=part(frame.image),
-        mask=part(frame.mask),
-        depth=part(frame.depth),
-        occluders=part(frame.occluders),
-        instances=part(frame.instances),
-        index=frame.index,
-        stamp=frame.stamp,
-        name=frame.name,
-        depth_unit_m=frame.depth_unit_m,
-        mask_is=frame.mask_is,
-    )
+    names = "index", "stamp", "name", "depth_unit_m", "mask_is"
+    kept: dict[str, Any] = {name: getattr(frame, name) for name in names}
+    for name in ("image", "mask", "depth", "occluders", "instances"):
+        whole = getattr(frame, name)
+        kept[name] = None if whole is None else whole[:, columns]
+    return Frame(**kept)

@@ -11,7 +11,6 @@ from dloftbs.cli.frames import UsableFrames
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.errors import SourceError
 from dloftbs.pipeline import Pipeline
 from dloftbs.pipeline.mask_faults import MaskSamples
 from dloftbs.support.arrays import AnyArray
@@ -46,7 +45,8 @@ class StreamRun(FollowedStream[Frame]):
             jobs=jobs,
             keep_messages=options.keep_messages,
         )
-        self._options = options
+        self.options = options
+        self._nothing = f"{self.source.name}: no frame could be read"
         self._in_turn = in_turn
         self._frames = UsableFrames(self.source, options.config, options.inputs, where, options.every)
         usable = None if self.source.length is None else -(-self.source.length // options.every)
@@ -76,18 +76,7 @@ class StreamRun(FollowedStream[Frame]):
         self._samples.add(self._pipeline.mask, result.detections, len(result.tracks))
         return given, result
 
-    def check_frames(self) -> None:
-        """Find out whether there was something to follow.
-
-        Raises
-        ------
-        SourceError
-            If no frame could be read.
-        """
-        if not self.report.frames:
-            raise SourceError(f"{self.source.name}: no frame could be read")
-
     def _wanted(self) -> Generator[Frame, None, None]:
         """Yield the frames, and close the source in the thread that reads; of a recording, read none in excess."""
         with self.source:
-            yield from self._frames if self.source.live else islice(self._frames, self._options.limit)
+            yield from self._frames if self.source.live else islice(self._frames, self.options.limit)

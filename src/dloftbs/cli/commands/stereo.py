@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dloftbs.cli.answer_options import Answers, answer_options
-from dloftbs.cli.commands.track import open_page, open_sink
+from dloftbs.cli.commands.track import follow
 from dloftbs.cli.config_options import config_options
 from dloftbs.cli.help_sections import SectionedCommand
 from dloftbs.cli.input_options import InputOptions, every_option, fps_option, input_options, limit_option
@@ -19,17 +18,13 @@ from dloftbs.cli.output_options import (
     STANDARD_OUTPUT,
     check_pictures,
     out_option,
-    prints_to_terminal,
     stages_option,
     with_input_option,
 )
 from dloftbs.cli.page import PageOptions, page_options, require_page
-from dloftbs.cli.shell import BAD_INPUT, interrupted
 
 if TYPE_CHECKING:
     from dloftbs.config import Config
-    from dloftbs.data.frame import Frame
-    from dloftbs.data.frame_result import FrameResult
 
 
 @click.command(cls=SectionedCommand, short_help="Follow the cables through the streams of two cameras, in metres.")
@@ -113,7 +108,6 @@ def stereo(
     from dloftbs.cli.followed_stream import StreamOptions
     from dloftbs.cli.outputs import is_recording
     from dloftbs.cli.places import InputFiles, plan_outputs
-    from dloftbs.cli.progress import open_progress
     from dloftbs.cli.stereo_run import StereoRun
     from dloftbs.stereo import CameraRig
 
@@ -136,29 +130,7 @@ def stereo(
     outputs = plan_outputs(outs, pictures, files, config, is_one=limit == 1)
     options = StreamOptions(inputs, config, fps, every, limit, keep_messages=with_input)
     run = StereoRun((where[0], where[-1]), rig, options, right, side_by_side=side_by_side)
-    report = run.report
-    try:
-        with ExitStack() as stack:
-            stack.enter_context(run)
-            sink = stack.enter_context(open_sink(outputs, run.video_fps, config, with_input, inputs, answers))
-            progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
-            stop = stack.enter_context(interrupted())
-            show = open_page(stack, run.source, config, page, stop) if view else None
-
-            def write(frame: Frame, result: FrameResult) -> None:
-                answers.warn(result)
-                sink.write(frame, result)
-                if show is not None:
-                    show(frame, result)
-
-            run.follow(write, shown=progress.tick, stop=stop)
-    finally:
-        if report.frames:
-            click.echo(report.summary(), err=True)
-    run.check_frames()
-    answers.check_compared()
-    if report.skipped and not run.source.live:
-        context.exit(BAD_INPUT)
+    follow(context, run, outputs, answers, page if view else None)
 
 
 def _check_where(

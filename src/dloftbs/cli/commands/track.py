@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -25,11 +25,11 @@ from dloftbs.cli.page import LOOK_EVERY_S, PageOptions, page_options, require_pa
 from dloftbs.cli.shell import BAD_INPUT, interrupted
 
 if TYPE_CHECKING:
+    from dloftbs.cli.followed_stream import FollowedStream
     from dloftbs.cli.places import Outputs
     from dloftbs.config import Config
     from dloftbs.data.frame import Frame
     from dloftbs.data.frame_result import FrameResult
-    from dloftbs.sinks import Sink
     from dloftbs.sources import Source
 
 
@@ -98,7 +98,6 @@ def track(
     from dloftbs.cli.frames import in_natural_order
     from dloftbs.cli.outputs import is_recording
     from dloftbs.cli.places import InputFiles, plan_outputs
-    from dloftbs.cli.progress import open_progress
     from dloftbs.cli.stream_run import StreamRun
 
     if view:
@@ -114,16 +113,45 @@ def track(
         where[0] if len(where) == 1 else in_natural_order(where, inputs),
         StreamOptions(inputs, config, fps, every, limit, keep_messages=with_input),
     )
-    report = run.report
+    follow(context, run, outputs, answers, page if view else None, rerun=rerun)
+
+
+def follow(
+    context: click.Context,
+    run: FollowedStream[Any],
+    outputs: Outputs,
+    answers: Answers,
+    page: PageOptions | None,
+    *,
+    rerun: bool = False,
+) -> None:
+    """Follow the cables through an input, write all outputs, and end with the summary and the exit code."""
+    from dloftbs.cli.outputs import open_all_pictures, open_outputs
+    from dloftbs.cli.progress import open_progress
+    from dloftbs.pipeline import Pipeline
+    from dloftbs.sinks import RerunViewerSink
+
+    config, report = run.options.config, run.report
     try:
         with ExitStack() as stack:
             stack.enter_context(run)
-            sink = stack.enter_context(
-                open_sink(outputs, run.video_fps, config, with_input, inputs, answers, rerun=rerun)
+            # Another pipeline, since what is drawn is drawn in another thread.
+            drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=run.video_fps, answers=answers)
+            live = [RerunViewerSink()] if rerun else []
+            sink = open_outputs(
+                outputs.data,
+                *drawn,
+                *live,
+                with_input=run.options.keep_messages,
+                pose=run.options.inputs.pose,
+                answers=answers,
+                config=config,
+                config_file=outputs.config_file,
             )
-            progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
+            stack.enter_context(sink)
+            progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outputs.data)))
             stop = stack.enter_context(interrupted())
-            show = open_page(stack, run.source, config, page, stop) if view else None
+            show = None if page is None else _open_page(stack, run.source, config, page, stop)
 
             def write(frame: Frame, result: FrameResult) -> None:
                 answers.warn(result)
@@ -141,7 +169,7 @@ def track(
         context.exit(BAD_INPUT)
 
 
-def open_page(
+def _open_page(
     stack: ExitStack, source: Source, config: Config, page: PageOptions, stop: Callable[[], bool]
 ) -> Callable[[Frame, FrameResult], None]:
     """Serve a page until the stack is closed; of a recording nothing is tracked before somebody looks."""
@@ -155,33 +183,3 @@ def open_page(
         while not feed.visited.wait(LOOK_EVERY_S) and not stop():
             pass
     return feed.publish
-
-
-def open_sink(
-    outputs: Outputs,
-    fps: float | None,
-    config: Config,
-    with_input: bool,
-    inputs: InputOptions,
-    answers: Answers,
-    *,
-    rerun: bool = False,
-) -> Sink:
-    """Open all outputs as one sink."""
-    from dloftbs.cli.outputs import open_all_pictures, open_outputs
-    from dloftbs.pipeline import Pipeline
-    from dloftbs.sinks import RerunViewerSink
-
-    # Another pipeline, since what is drawn is drawn in another thread.
-    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps, answers=answers)
-    live = [RerunViewerSink()] if rerun else []
-    return open_outputs(
-        outputs.data,
-        *drawn,
-        *live,
-        with_input=with_input,
-        pose=inputs.pose,
-        answers=answers,
-        config=config,
-        config_file=outputs.config_file,
-    )
