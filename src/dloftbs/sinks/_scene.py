@@ -23,10 +23,6 @@ class SceneSink(PathSink):
     Parameters
     ----------
     path : str or Path
-    suffix : str
-        Ending that the path must have.
-    what : str
-        Noun of the file for messages, such as "a USD scene".
     radius_m : float, optional
         Of all cables.
     pose : array_like, shape (4, 4), or mapping, optional
@@ -40,17 +36,19 @@ class SceneSink(PathSink):
         If the file cannot be written.
     """
 
+    _suffix: str
+    _what: str
+
     def __init__(
         self,
         path: str | Path,
-        suffix: str,
-        what: str,
-        radius_m: float | None,
-        pose: npt.ArrayLike | Mapping[str, Any] | None,
+        *,
+        radius_m: float | None = None,
+        pose: npt.ArrayLike | Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__(path)
-        if self._path.suffix.lower() != suffix:
-            raise InputError(f"{what}'s name must end in {suffix}, got {str(path)!r}")
+        if self._path.suffix.lower() != self._suffix:
+            raise InputError(f"{self._what}'s name must end in {self._suffix}, got {str(path)!r}")
         self._radius_m = check_radius(radius_m)
         self._pose = None if pose is None else as_pose("pose", pose)
         self._in_space = SpaceObjects(self._path)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from dloftbs.data.curve_pixels import curve_mask
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.run_lengths import encode as run_lengths
 from dloftbs.sinks._seen import CATEGORY, SeenObject, seen_objects
 from dloftbs.sinks.sink import PathSink
+from dloftbs.support.arrays import as_bytes
 from dloftbs.support.json_text import encode
 from dloftbs.support.safe_files import claim_replaceable, sink_errors, write_whole
 from dloftbs.support.text import readable
@@ -75,15 +74,15 @@ class CocoSink(PathSink):
 
 def _labels_of(seen: SeenObject, size: tuple[int, int]) -> list[dict[str, Any]]:
     """Return the label of an object, or none where it has no pixel in the image."""
+    import cv2
+
     mask = curve_mask(seen.curve, seen.width_px, size, seen.spans)
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    if rows.size == 0:
+    if not mask.any():
         return []
-    (left, right), (top, bottom) = columns[[0, -1]].tolist(), rows[[0, -1]].tolist()
     label = {
         "segmentation": run_lengths(mask),
         "area": int(mask.sum()),
-        "bbox": [left, top, right - left + 1, bottom - top + 1],
+        "bbox": list(cv2.boundingRect(as_bytes(mask))),
         "iscrowd": 0,
     }
     return [label | {"track_id": seen.row.track_id} if seen.row.track_id else label]

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame import Frame
@@ -72,14 +69,7 @@ class MujocoSink(SceneSink):
         If the file cannot be written; in `close`, if there were frames, and no object had a curve in space.
     """
 
-    def __init__(
-        self,
-        path: str | Path,
-        *,
-        radius_m: float | None = None,
-        pose: npt.ArrayLike | Mapping[str, Any] | None = None,
-    ) -> None:
-        super().__init__(path, SUFFIX, "a MuJoCo model", radius_m, pose)
+    _suffix, _what = SUFFIX, "a MuJoCo model"
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         found = self._in_space.of(result)

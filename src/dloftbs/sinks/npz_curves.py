@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,6 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sinks._rows import ObjectRow, object_rows
 from dloftbs.sinks.sink import PathSink
-from dloftbs.support.arrays import FloatArray
 from dloftbs.support.npy import BROKEN, read_members
 from dloftbs.support.safe_files import claim_replaceable, replacing, sink_errors
 from dloftbs.support.values import check_path
@@ -99,7 +98,7 @@ class NpzSink(PathSink):
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
-        self._rows: list[_Row] = []
+        self._rows: list[dict[str, Any]] = []
         self._harness_of: list[int] = []
         self._branch_points: list[tuple[int, BranchPoint]] = []
         self._is_branched = False
@@ -113,7 +112,7 @@ class NpzSink(PathSink):
             for number in one.branches
         }
         self._rows += rows  # the whole frame, or nothing after Ctrl-C
-        self._harness_of += [harness_of.get(row.detection, -1) for row in rows]
+        self._harness_of += [harness_of.get(row["detection"], -1) for row in rows]
         self._branch_points += [(result.index, point) for point in result.branch_points]
         self._is_branched |= bool(result.harnesses)
 
@@ -128,53 +127,35 @@ class NpzSink(PathSink):
             np.savez(file, **_arrays(self._rows), **more)
 
 
-class _Row(NamedTuple):
-    """An object in a frame, in the terms of the arrays."""
-
-    knots: FloatArray
-    control_points: FloatArray
-    knots_3d: FloatArray
-    control_points_3d: FloatArray
-    n_control: int
-    degree: int
-    closed: bool
-    width_px: float
-    confidence: float
-    state: str
-    stamp: float
-    detection: int
-    track_id: int
-    frame: int
-
-
-def _row_of(row: ObjectRow, result: FrameResult) -> _Row:
+def _row_of(row: ObjectRow, result: FrameResult) -> dict[str, Any]:
+    """Return an object in a frame, in the terms of the arrays."""
     curve, in_space, detection = row.curve, row.curve_3d, row.detection
-    return _Row(
-        knots=curve.knots,
-        control_points=curve.control_points,
-        knots_3d=_NO_KNOTS if in_space is None else in_space.knots,
-        control_points_3d=_NO_POINTS if in_space is None else in_space.control_points,
-        n_control=len(curve.control_points),
-        degree=curve.degree,
-        closed=curve.closed,
-        width_px=np.nan if detection is None else detection.width_px,
-        confidence=np.nan if detection is None else detection.confidence,
-        state=row.state,
-        stamp=np.nan if result.stamp is None else result.stamp,
-        detection=row.number,
-        track_id=row.track_id,
-        frame=result.index,
-    )
+    return {
+        "knots": curve.knots,
+        "control_points": curve.control_points,
+        "knots_3d": _NO_KNOTS if in_space is None else in_space.knots,
+        "control_points_3d": _NO_POINTS if in_space is None else in_space.control_points,
+        "n_control": len(curve.control_points),
+        "degree": curve.degree,
+        "closed": curve.closed,
+        "width_px": np.nan if detection is None else detection.width_px,
+        "confidence": np.nan if detection is None else detection.confidence,
+        "state": row.state,
+        "stamp": np.nan if result.stamp is None else result.stamp,
+        "detection": row.number,
+        "track_id": row.track_id,
+        "frame": result.index,
+    }
 
 
-def _arrays(rows: list[_Row]) -> dict[str, Any]:
+def _arrays(rows: list[dict[str, Any]]) -> dict[str, Any]:
     arrays: dict[str, Any] = {}
     for name, (offsets, shape) in _SPANS.items():
-        parts = [getattr(row, name) for row in rows]
+        parts = [row[name] for row in rows]
         arrays[name] = np.concatenate([np.empty((0, *shape)), *parts])
         arrays[offsets] = np.cumsum([0, *map(len, parts)], dtype="<i8")
     for name, kind in _VALUES.items():
-        arrays[name] = np.array([getattr(row, name) for row in rows], kind)
+        arrays[name] = np.array([row[name] for row in rows], kind)
     return arrays
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
+import cv2
 import numpy as np
 
 from dloftbs.data.curve_pixels import curve_mask
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
 from dloftbs.sinks._seen import CATEGORY, seen_objects
+from dloftbs.support.arrays import as_bytes
 
 
 def supervision_detections(result: FrameResult) -> Any:
@@ -23,9 +25,10 @@ def supervision_detections(result: FrameResult) -> Any:
     pairs = [(seen, mask) for seen, mask in pairs if mask.any()]
     rows = [seen.row for seen, _ in pairs]
     masks = np.stack([mask for _, mask in pairs]) if pairs else np.zeros((0, *result.size), np.bool_)
+    boxes = [cv2.boundingRect(as_bytes(mask)) for mask in masks]
     in_space = [np.nan if row.curve_3d is None else row.curve_3d.length for row in rows]
     return supervision.Detections(
-        xyxy=np.array([_box(mask) for mask in masks], np.float64).reshape(-1, 4),
+        xyxy=np.array([(x, y, x + width, y + height) for x, y, width, height in boxes], np.float64).reshape(-1, 4),
         mask=masks,
         confidence=np.array([row.source.confidence for row in rows], np.float64),
         class_id=np.zeros(len(rows), np.int64),
@@ -36,9 +39,3 @@ def supervision_detections(result: FrameResult) -> Any:
             "length_m": np.array(in_space, np.float64),
         },
     )
-
-
-def _box(mask: Any) -> tuple[int, int, int, int]:
-    """Return left, top, right and bottom of a mask that is not empty; the last two lie beyond its pixels."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return columns[0], rows[0], columns[-1] + 1, rows[-1] + 1

@@ -83,6 +83,8 @@ class UsdSink(SceneSink):
         If the file cannot be written; in `close`, if there were frames, and no object had a curve in space.
     """
 
+    _suffix, _what = SUFFIX, "a USD scene"
+
     def __init__(
         self,
         path: str | Path,
@@ -92,7 +94,7 @@ class UsdSink(SceneSink):
         pose: npt.ArrayLike | Mapping[str, Any] | None = None,
     ) -> None:
         self._points = check_integer("points", points, 2, _MAX_POINTS)  # nothing is claimed for a wrong argument
-        super().__init__(path, SUFFIX, "a USD scene", radius_m, pose)
+        super().__init__(path, radius_m=radius_m, pose=pose)
         self._cables: dict[str, _Cable] = {}
         self._indices: list[int] = []
         self._stamps: list[float | None] = []
