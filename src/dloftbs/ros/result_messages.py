@@ -171,17 +171,7 @@ def mask_message(make: MessageFactory, header: Any, mask: AnyArray) -> Any:
         If it is no mask.
     """
     check_type("make", make, MessageFactory)
-    pixels = np.where(check_mask(mask) != 0, 255, 0).astype(np.uint8)
-    return make(
-        "sensor_msgs/msg/Image",
-        header=header,
-        height=pixels.shape[0],
-        width=pixels.shape[1],
-        encoding="mono8",
-        is_bigendian=0,
-        step=pixels.shape[1],
-        data=pixels.ravel(),
-    )
+    return _image(make, header, np.where(check_mask(mask) != 0, 255, 0).astype(np.uint8), "mono8")
 
 
 def image_message(make: MessageFactory, header: Any, pixels: AnyArray, depth_unit_m: float = MILLIMETRE_M) -> Any:
@@ -207,16 +197,19 @@ def image_message(make: MessageFactory, header: Any, pixels: AnyArray, depth_uni
     depth_unit_m = check_number("depth_unit_m", depth_unit_m, *DEPTH_UNITS_M)
     pixels = as_array("pixels", pixels)
     pixels = check_image(pixels) if pixels.ndim == 3 else _in_unit_of_messages(check_depth(pixels), depth_unit_m)
-    kind = "bgr8" if pixels.ndim == 3 else _DEPTH_ENCODINGS[pixels.dtype.name]
+    return _image(make, header, pixels, "bgr8" if pixels.ndim == 3 else _DEPTH_ENCODINGS[pixels.dtype.name])
+
+
+def _image(make: MessageFactory, header: Any, pixels: AnyArray, encoding: str) -> Any:
     little = np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("<"))
     return make(
         "sensor_msgs/msg/Image",
         header=header,
         height=pixels.shape[0],
         width=pixels.shape[1],
-        encoding=kind,
+        encoding=encoding,
         is_bigendian=0,
-        step=little.nbytes // pixels.shape[0],
+        step=little.nbytes // max(len(pixels), 1),
         data=little.view(np.uint8).ravel(),
     )
 
