@@ -5,6 +5,7 @@ import numpy as np
 
 from dloftbs.data.centerline import Centerline, Segment
 from dloftbs.linking import with_soft_existence
+from dloftbs.support.values import varied
 
 SIZE = (240, 320)
 
@@ -36,5 +37,5 @@ def test_an_unsteady_width_and_a_short_length_speak_against_it():
 
 
 def test_doubt_about_its_size_stays():
-    doubtful = line()._with_existence(0.5)
+    doubtful = varied(line(), existence=0.5)
     assert existence(doubtful, soft()) == 0.5 * existence(line(), soft())

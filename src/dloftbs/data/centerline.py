@@ -23,7 +23,9 @@ from dloftbs.support.values import (
     count_of,
     kind_of,
     shown,
+    unchecked,
     values_of,
+    varied,
 )
 
 Point = tuple[float, float]
@@ -68,16 +70,12 @@ class Segment:
     @classmethod
     def _unchecked(cls, points: FloatArray, radius: FloatArray) -> Segment:
         """Wrap arrays that are known to be right and that nobody else will change."""
-        segment = cls.__new__(cls)
-        segment.__dict__.update(points=frozen(points), radius=frozen(radius))
-        return segment
+        return unchecked(cls, points=frozen(points), radius=frozen(radius))
 
     @classmethod
     def cut(cls, points: FloatArray, radius: FloatArray, start: int, stop: int) -> Segment:
         """Wrap a part of arrays that are known to be right and that are marked as read-only already."""
-        segment = cls.__new__(cls)
-        segment.__dict__.update(points=points[start:stop], radius=radius[start:stop])
-        return segment
+        return unchecked(cls, points=points[start:stop], radius=radius[start:stop])
 
     def __repr__(self) -> str:
         return f"Segment({count_of(len(self), 'point')})"
@@ -142,23 +140,6 @@ class Joint:
             ),
         )
 
-    @classmethod
-    def _unchecked(
-        cls,
-        kind: JointKind,
-        u: tuple[float, float],
-        cost: float,
-        margin: float,
-        confidence: float,
-        alternatives: tuple[Point | None, Point | None],
-    ) -> Joint:
-        """Make what the constructor makes, faster."""
-        joint = cls.__new__(cls)
-        joint.__dict__.update(
-            kind=kind, u=u, cost=cost, margin=margin, confidence=confidence, alternatives=alternatives
-        )
-        return joint
-
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON, which has no infinity: an infinite margin becomes None."""
         return {
@@ -193,11 +174,11 @@ class Joint:
     def reversed(self) -> Joint:
         """Return the joint as it lies on the reversed centre line."""
         u, alternatives = (1.0 - self.u[1], 1.0 - self.u[0]), (self.alternatives[1], self.alternatives[0])
-        return self._unchecked(self.kind, u, self.cost, self.margin, self.confidence, alternatives)
+        return varied(self, u=u, alternatives=alternatives)
 
     def _over(self, u: tuple[float, float]) -> Joint:
         """Return the joint with another span, as of another parameter along the same object."""
-        return self._unchecked(self.kind, u, self.cost, self.margin, self.confidence, self.alternatives)
+        return varied(self, u=u)
 
 
 @dataclass(frozen=True)
@@ -347,46 +328,31 @@ class Centerline:
         **known: FloatArray | float,
     ) -> Centerline:
         """Wrap parts that are known to fit together; `points`, `radius`, `u` or `width_px` may be given, too."""
-        line = cls.__new__(cls)
-        line.__dict__.update(
-            segments=segments, joints=joints, closed=closed, near_joints=near_joints, branch_ends=branch_ends, **known
+        return unchecked(
+            cls,
+            segments=segments,
+            joints=joints,
+            closed=closed,
+            near_joints=near_joints,
+            branch_ends=branch_ends,
+            **known,
         )
-        return line
 
     def __repr__(self) -> str:
         parts = count_of(len(self.points), "point"), count_of(len(self.joints), "joint")
         return f"Centerline({'loop' if self.closed else 'open'}, {', '.join(parts)}, {self.width_px:.3g} px wide)"
 
-    def _with_existence(self, existence: float) -> Centerline:
-        """Return the same centre line with another probability that it is a cable."""
-        line = type(self).__new__(type(self))
-        line.__dict__.update(self.__dict__, existence=existence)
-        return line
-
-    def _with_near_joints(self, near_joints: tuple[NearJoint, ...]) -> Centerline:
-        """Return the same centre line with other near joints."""
-        line = type(self).__new__(type(self))
-        line.__dict__.update(self.__dict__, near_joints=near_joints)
-        return line
-
-    def _with_branch_ends(self, branch_ends: tuple[BranchEnd | None, BranchEnd | None]) -> Centerline:
-        """Return the same centre line with other branch points at its ends."""
-        line = type(self).__new__(type(self))
-        line.__dict__.update(self.__dict__, branch_ends=branch_ends)
-        return line
-
     def _narrowed(self, factor: float) -> Centerline:
         """Return the same centre line with its width, and its radius everywhere, multiplied by a factor."""
-        line = type(self).__new__(type(self))
-        line.__dict__.update(self.__dict__, width_px=factor * self.width_px)
-        line.__dict__["segments"] = tuple(Segment._unchecked(one.points, factor * one.radius) for one in self.segments)
+        segments = tuple(Segment._unchecked(one.points, factor * one.radius) for one in self.segments)
+        line = varied(self, width_px=factor * self.width_px, segments=segments)
         line.__dict__.pop("radius", None)
         return line
 
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""
-        line = type(self).__new__(type(self))
-        line.__dict__.update(
+        return unchecked(
+            type(self),
             closed=self.closed,
             course_confidence=self.course_confidence,
             existence=self.existence,
@@ -394,7 +360,6 @@ class Centerline:
             width_px=self.width_px,
             _forwards=self,
         )
-        return line
 
     if not TYPE_CHECKING:  # where it would vouch for any name
 

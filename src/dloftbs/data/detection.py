@@ -17,7 +17,7 @@ from dloftbs.data.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.data.deviation import WEIGHTS, WEIGHTS_3D, deviation, deviation_at, terms_in_image, terms_in_space
 from dloftbs.data.inferred_spans import InferredSpans
 from dloftbs.data.object_shape import ObjectShape
-from dloftbs.data.u_mapping import known_in_space, to_image, to_space
+from dloftbs.data.u_mapping import to_image
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import LARGEST, FloatArray, frozen
 from dloftbs.support.values import (
@@ -32,6 +32,7 @@ from dloftbs.support.values import (
     list_of,
     set_fields,
     shown,
+    unchecked,
     values_of,
 )
 
@@ -107,8 +108,8 @@ class Detection(InferredSpans, ObjectShape):
 
         What lifting knows besides is the mean deviation of 1 / depth along the object from a smooth line.
         """
-        detection = cls.__new__(cls)
-        detection.__dict__.update(
+        return unchecked(
+            cls,
             centerline=centerline,
             curve=curve,
             curve_3d=curve_3d,
@@ -117,7 +118,6 @@ class Detection(InferredSpans, ObjectShape):
             camera=camera,
             _depth_std_per_m=depth_std_per_m,
         )
-        return detection
 
     def __repr__(self) -> str:
         in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
@@ -156,28 +156,6 @@ class Detection(InferredSpans, ObjectShape):
         """The intervals of the ``u`` of `curve` that were inferred across gaps of the mask rather than seen."""
         return tuple([joint.u for joint in self.joints if joint.kind is JointKind.GAP])
 
-    def u_3d(self, u: npt.ArrayLike) -> FloatArray:
-        """Return the ``u`` on `curve_3d` of the places that have these on `curve`, in the same shape.
-
-        Each curve's ``u`` is its own arc length, and what recedes from the camera is shorter in the image than it is.
-
-        Raises
-        ------
-        InputError
-            If there is no curve in space, with the reason, or a ``u`` is not in 0..1.
-        """
-        return to_space(u, *known_in_space(self.curve_3d, self.camera, self.no_3d_reason))
-
-    def u_2d(self, u_3d: npt.ArrayLike) -> FloatArray:
-        """Return the ``u`` on `curve` of the places that have these on `curve_3d`, in the same shape.
-
-        Raises
-        ------
-        InputError
-            As `u_3d`.
-        """
-        return to_image(u_3d, *known_in_space(self.curve_3d, self.camera, self.no_3d_reason))
-
     def curve_std(self, u: npt.ArrayLike) -> FloatArray:
         """Return the standard deviation of points of `curve`, shape (...), px: of their distance from the true axis.
 
@@ -205,7 +183,7 @@ class Detection(InferredSpans, ObjectShape):
         InputError
             If a ``u`` is not on the curve, there is no curve in space, or it was read from a file, which has no camera.
         """
-        curve, camera = known_in_space(self.curve_3d, self.camera, self.no_3d_reason)
+        curve, camera = self._placed()
         of_rig = self.__dict__.get("_rig_std_m")
         if of_rig is not None:
             return deviation_at(of_rig, curve, u_3d)
@@ -350,20 +328,6 @@ class Crossing:
             top=None if self.top is None else check_integer("top", self.top, 0, 1),
             confidence=check_number("confidence", self.confidence, 0.0, 1.0),
         )
-
-    @classmethod
-    def _unchecked(
-        cls,
-        position: Point,
-        fitted_passes: _Passes,
-        curves: tuple[BSplineCurve, BSplineCurve],
-        top: int | None,
-        confidence: float,
-    ) -> Crossing:
-        """Make what the constructor makes, faster, from passes by the own parameters of two splines."""
-        crossing = cls.__new__(cls)
-        crossing.__dict__.update(position=position, _fitted=(fitted_passes, curves), top=top, confidence=confidence)
-        return crossing
 
     if not TYPE_CHECKING:  # where it would vouch for any name
 

@@ -115,46 +115,6 @@ class FrameResult:
         if self.frame is not None:
             check_type("frame", self.frame, Frame)
 
-    @classmethod
-    def _unchecked(
-        cls,
-        detections: tuple[Detection, ...],
-        tracks: tuple[Track, ...],
-        reason: str | None,
-        size: tuple[int, int],
-        stage_ms: dict[str, float],
-        index: int,
-        stamp: float | None,
-        name: str,
-        crossings: tuple[Crossing, ...],
-        dropped: tuple[Dropped, ...],
-        frame: Frame | None = None,
-        roi: Roi | None = None,
-        branch_points: tuple[BranchPoint, ...] = (),
-        harnesses: tuple[Harness, ...] = (),
-        diagnosis: tuple[str, ...] = (),
-    ) -> FrameResult:
-        """Make what the constructor makes, faster."""
-        result = cls.__new__(cls)
-        result.__dict__.update(
-            detections=detections,
-            tracks=tracks,
-            reason=reason,
-            size=size,
-            stage_ms=stage_ms,
-            index=index,
-            stamp=stamp,
-            name=name,
-            crossings=crossings,
-            dropped=dropped,
-            frame=frame,
-            roi=roi,
-            branch_points=branch_points,
-            harnesses=harnesses,
-            diagnosis=diagnosis,
-        )
-        return result
-
     @overload
     def __getitem__(self, index: int) -> Detection: ...
 

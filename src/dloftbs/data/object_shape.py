@@ -10,6 +10,7 @@ import numpy.typing as npt
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.curve_bends import WIDTHS_PER_WAVE, wave_of_knots
+from dloftbs.data.u_mapping import to_image, to_space
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
 
@@ -47,6 +48,28 @@ class ObjectShape:
         if width is None or self.curve_3d is None or self.camera is None:
             return None
         return width_in_space(width, self.curve_3d, self.camera)
+
+    def u_3d(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the ``u`` on `curve_3d` of the places that have these on `curve`, in the same shape.
+
+        Each curve's ``u`` is its own arc length, and what recedes from the camera is shorter in the image than it is.
+
+        Raises
+        ------
+        InputError
+            If there is no curve in space, with the reason, or a ``u`` is not in 0..1.
+        """
+        return to_space(u, *self._placed())
+
+    def u_2d(self, u_3d: npt.ArrayLike) -> FloatArray:
+        """Return the ``u`` on `curve` of the places that have these on `curve_3d`, in the same shape.
+
+        Raises
+        ------
+        InputError
+            As `u_3d`.
+        """
+        return to_image(u_3d, *self._placed())
 
     def bend_radius(self, u: npt.ArrayLike) -> FloatArray:
         """Return the radius of the bend of `curve`, shape (...), px; waves too short for its width are noise.
@@ -129,6 +152,12 @@ class ObjectShape:
             reason = getattr(self, "no_3d_reason", None)
             raise InputError("there is no curve in space" + (f": {reason}" if reason else ""))
         return self.curve_3d
+
+    def _placed(self) -> tuple[BSplineCurve, PinholeCamera]:
+        curve = self._in_space()
+        if self.camera is None:
+            raise InputError("the camera of the curve in space must be known; a frame with a camera tells it")
+        return curve, self.camera
 
     def _std_or_0(self, u_3d: float) -> float:
         """Return the deviation in space at a place; 0 for a track without a detection, of which it is not known."""

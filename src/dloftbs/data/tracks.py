@@ -17,7 +17,7 @@ from dloftbs.data.detection import Detection
 from dloftbs.data.deviation import WEIGHTS, WEIGHTS_3D, with_hidden
 from dloftbs.data.object_shape import ObjectShape
 from dloftbs.data.spans import Spans, outside
-from dloftbs.data.u_mapping import is_in_front, known_in_space, to_image, to_space
+from dloftbs.data.u_mapping import is_in_front
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import LARGEST, FloatArray, as_points, frozen
 from dloftbs.support.values import (
@@ -32,6 +32,7 @@ from dloftbs.support.values import (
     set_fields,
     shown,
     values_of,
+    varied,
 )
 
 _WHOLE = ((0.0, 1.0),)
@@ -161,53 +162,6 @@ class Track(ObjectShape):
             velocity_3d=None if self.velocity_3d is None else as_points("velocity_3d", self.velocity_3d, (3,)),
         )
 
-    @classmethod
-    def _unchecked(
-        cls,
-        number: int,
-        state: TrackState,
-        curve: BSplineCurve,
-        curve_3d: BSplineCurve | None,
-        hits: int,
-        misses: int,
-        detection: Detection | None,
-        fitted_inferred: tuple[tuple[float, float], ...],
-        confidence: float,
-        width_px: float | None,
-        ends: tuple[EndKind, EndKind] | None = None,
-        fitted_velocity: FloatArray | None = None,
-        fitted_velocity_3d: FloatArray | None = None,
-        camera: PinholeCamera | None = None,
-        fitted_parts: tuple[SeenPart, ...] = (),
-        fitted_acceleration: FloatArray | None = None,
-        velocity_age_s: float = 0.0,
-    ) -> Track:
-        """Make what the constructor makes, faster, from intervals and velocities by the splines' own parameters."""
-        track = cls.__new__(cls)
-        track.__dict__.update(
-            id=number,
-            state=state,
-            curve=curve,
-            curve_3d=curve_3d,
-            hits=hits,
-            misses=misses,
-            detection=detection,
-            confidence=confidence,
-            width_px=width_px,
-            ends=ends,
-            camera=camera,
-            _fitted=(fitted_inferred, fitted_velocity, fitted_velocity_3d),
-            _fitted_parts=fitted_parts,
-            _fitted_change=(fitted_acceleration, velocity_age_s),
-        )
-        return track
-
-    def _with(self, **values: object) -> Track:
-        """Return a copy with other values, unchecked, that say nothing about the curves."""
-        track = Track.__new__(Track)
-        track.__dict__.update(self.__dict__, **values)
-        return track
-
     if not TYPE_CHECKING:  # where it would vouch for any name
 
         def __getattr__(self, name: str) -> Any:
@@ -271,28 +225,6 @@ class Track(ObjectShape):
             return spans
         return [(float(low), float(high)) for low, high in map(self.u_3d, spans)]
 
-    def u_3d(self, u: npt.ArrayLike) -> FloatArray:
-        """Return the ``u`` on `curve_3d` of the places that have these on `curve`, in the same shape.
-
-        Each curve's ``u`` is its own arc length, and what recedes from the camera is shorter in the image than it is.
-
-        Raises
-        ------
-        InputError
-            If there is no curve in space, with the reason, or a ``u`` is not in 0..1.
-        """
-        return to_space(u, *known_in_space(self.curve_3d, self.camera))
-
-    def u_2d(self, u_3d: npt.ArrayLike) -> FloatArray:
-        """Return the ``u`` on `curve` of the places that have these on `curve_3d`, in the same shape.
-
-        Raises
-        ------
-        InputError
-            As `u_3d`.
-        """
-        return to_image(u_3d, *known_in_space(self.curve_3d, self.camera))
-
     def curve_std(self, u: npt.ArrayLike) -> FloatArray:
         """Return the standard deviation of points of `curve`, shape (...), px: as `Detection.curve_std`.
 
@@ -328,9 +260,9 @@ class Track(ObjectShape):
     def _with_detection(self, detection: Detection) -> Track:
         """Return the track with a detection that has the same curve in the image and another one in space."""
         if detection.curve_3d is None and self._seen().curve_3d is None:
-            return self._with(detection=detection)
+            return varied(self, detection=detection)
         place = {"curve_3d": detection.curve_3d, "camera": detection.camera, "velocity_3d": None, "_fitted_parts": ()}
-        made = self._with(detection=detection, **place)
+        made = varied(self, detection=detection, **place)
         made.__dict__.pop("inferred_3d", None)
         return made
 

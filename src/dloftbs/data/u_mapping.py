@@ -43,23 +43,6 @@ def to_image(u_3d: npt.ArrayLike, curve_3d: BSplineCurve, camera: PinholeCamera)
     return np.interp(_checked("u_3d", u_3d), dense, shares)
 
 
-def known_in_space(
-    curve_3d: BSplineCurve | None, camera: PinholeCamera | None, why_not: str | None = None
-) -> tuple[BSplineCurve, PinholeCamera]:
-    """Return an object's curve in space and its camera, as the functions above take them.
-
-    Raises
-    ------
-    InputError
-        If there is no such curve, which is then said with its reason, or no camera.
-    """
-    if curve_3d is None:
-        raise InputError("there is no curve in space" + (f": {why_not}" if why_not else ""))
-    if camera is None:
-        raise InputError("the camera of the curve in space must be known; a frame with a camera tells it")
-    return curve_3d, camera
-
-
 def is_in_front(curve_3d: BSplineCurve) -> bool:
     """Return True if all of a curve lies in front of the camera, where alone it has an image."""
     return bool((curve_3d(_U)[:, 2] > 0.0).all())

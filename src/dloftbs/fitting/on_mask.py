@@ -17,6 +17,7 @@ from dloftbs.fitting.seen_joints import MIN_BESIDE_PX, mark_unseen_joints, remad
 from dloftbs.fitting.spline_fit import distinct_knots, fit, fit_with_knots
 from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.support.arrays import AnyArray, FloatArray, frozen
+from dloftbs.support.values import unchecked
 
 _STEP_WIDTHS = 0.5
 """Distance of the points that are looked at first, widths.
@@ -177,5 +178,5 @@ def _with_gap(line: Centerline, span: _Span) -> Centerline:
         return remade(line, line.segments, joints)
     at = min(max(int(np.searchsorted(line.u, 0.5 * (span[0] + span[1]))), low + 1), high - 1)
     halves = [Segment.cut(line.points, line.radius, a, b) for a, b in pairwise((low, at, high))]
-    joints.insert(k, Joint._unchecked(JointKind.GAP, span, 0.0, math.inf, 1.0, (None, None)))
+    joints.insert(k, unchecked(Joint, kind=JointKind.GAP, u=span, cost=0.0, margin=math.inf))
     return remade(line, (*line.segments[:k], *halves, *line.segments[k + 1 :]), joints)

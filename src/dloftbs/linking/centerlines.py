@@ -18,6 +18,7 @@ from dloftbs.linking.joint_confidence import Gaps, crossing_confidence
 from dloftbs.linking.kernels.lumps import course_confidence
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.support.arrays import FloatArray, frozen
+from dloftbs.support.values import unchecked, varied
 
 _MIN = 2
 """Smallest number of points of an open centre line.
@@ -159,7 +160,7 @@ def _lay_out(
             ]
             line = _line(*own, counts[k], gaps, matching, lines[k], positions_of, tuple(near), sure[k])
             met = branch_ends.get(ends[k][0]), branch_ends.get(ends[k][1])
-            result.append(line if met == (None, None) else line._with_branch_ends(met))
+            result.append(line if met == (None, None) else varied(line, branch_ends=met))
         else:
             result.append(_loop(*own, sure[k]))
     return result
@@ -215,13 +216,14 @@ def _line(
         else:
             confidence = gaps.confidence(partner[end], end, piece.margin)
         joints.append(
-            Joint._unchecked(
-                _CROSSING if is_crossing else _GAP,
-                (u.item(at - 1), u.item(at)),
-                piece.cost,
-                piece.margin,
-                confidence,
-                (
+            unchecked(
+                Joint,
+                kind=_CROSSING if is_crossing else _GAP,
+                u=(u.item(at - 1), u.item(at)),
+                cost=piece.cost,
+                margin=piece.margin,
+                confidence=confidence,
+                alternatives=(
                     (places[before][0], places[before][1]) if before >= 0 else None,
                     (places[after][0], places[after][1]) if after >= 0 else None,
                 ),

@@ -14,6 +14,7 @@ from dloftbs.linking.existence_weights import SIZE
 from dloftbs.linking.joint_confidence import EDGE_PX
 from dloftbs.linking.temporal_prior import MAX_SAMPLES
 from dloftbs.support.arrays import FloatArray
+from dloftbs.support.values import varied
 
 _PLACES = 5
 """Number of places of an object that must lie on a predicted curve for it to be expected there.
@@ -31,7 +32,7 @@ def with_existence(lines: Sequence[Centerline]) -> list[Centerline]:
     sizes = [size_of(line) for line in lines]
     largest = max(sizes, default=0.0)
     return [
-        line if size == largest else line._with_existence(existence_of(size / largest))
+        line if size == largest else varied(line, existence=existence_of(size / largest))
         for line, size in zip(lines, sizes, strict=True)
     ]
 

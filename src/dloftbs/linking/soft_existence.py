@@ -11,6 +11,7 @@ import numpy.typing as npt
 from dloftbs.data.centerline import Centerline
 from dloftbs.linking.soft_existence_weights import IS_REAL
 from dloftbs.support.arrays import FloatArray
+from dloftbs.support.values import varied
 
 _LEAST_SURE = 0.1
 """Share of an object's axis on which the mask is less sure than the value that counts, of the whole axis.
@@ -36,7 +37,7 @@ def with_soft_existence(lines: Sequence[Centerline], soft: npt.NDArray[np.uint8]
     found = []
     for line in lines:
         log_odds = float(reality_features(line, soft) @ np.array(IS_REAL))
-        found.append(line._with_existence(line.existence / (1.0 + math.exp(-log_odds))))
+        found.append(varied(line, existence=line.existence / (1.0 + math.exp(-log_odds))))
     return found
 
 

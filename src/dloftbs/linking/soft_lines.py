@@ -12,6 +12,7 @@ from dloftbs.data.centerline import Centerline, NearJoint
 from dloftbs.kernels.shared.soft_masks import AHEAD_WIDTHS, LEAST_PROBABLE
 from dloftbs.linking.kernels.soft_borders import least_ahead, soft_width
 from dloftbs.linking.soft_end_weights import GOES_ON
+from dloftbs.support.values import varied
 
 _Plane = npt.NDArray[np.uint8]
 
@@ -39,7 +40,7 @@ def with_ends_that_go_on(lines: Sequence[Centerline], soft: _Plane, limit: int) 
         ahead = {u: least_ahead(line.points, u == 1.0, soft, line.width_px, limit) for u in ends}
         is_more = is_more or any(value >= LEAST_PROBABLE for value in ahead.values())
         seen = {u: value for u, value in ahead.items() if value > 0}
-        found.append(line._with_near_joints(_near_joints(line, seen)) if seen else line)
+        found.append(varied(line, near_joints=_near_joints(line, seen)) if seen else line)
     return found, is_more
 
 

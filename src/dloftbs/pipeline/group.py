@@ -11,7 +11,7 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
 from dloftbs.fitting import find_crossings
 from dloftbs.pipeline.pipeline import Pipeline
-from dloftbs.support.values import check_type
+from dloftbs.support.values import check_type, varied
 
 
 class PipelineGroup:
@@ -60,7 +60,7 @@ class PipelineGroup:
         crossings = find_crossings(detections, frame, self._lifting)
         crossings_ms = 1e3 * (perf_counter() - since)
         tracks = tuple(
-            track._with(id=(track.id - 1) * len(results) + number + 1)
+            varied(track, id=(track.id - 1) * len(results) + number + 1)
             for number, result in enumerate(results)
             for track in result.tracks
         )

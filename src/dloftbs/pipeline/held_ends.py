@@ -9,6 +9,7 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import EndKind, Track
 from dloftbs.support.arrays import FloatArray
+from dloftbs.support.values import varied
 
 
 def with_held_ends(result: FrameResult, grippers: FloatArray, camera: PinholeCamera | None) -> FrameResult:
@@ -24,9 +25,7 @@ def with_held_ends(result: FrameResult, grippers: FloatArray, camera: PinholeCam
     """
     spheres = grippers[grippers[:, 2] > 0.0]
     tracks = tuple([_marked(track, spheres, camera) for track in result.tracks])
-    marked = FrameResult.__new__(FrameResult)
-    marked.__dict__.update(result.__dict__, tracks=tracks)
-    return marked
+    return varied(result, tracks=tracks)
 
 
 def _marked(track: Track, grippers: FloatArray, camera: PinholeCamera | None) -> Track:
@@ -43,7 +42,7 @@ def _marked(track: Track, grippers: FloatArray, camera: PinholeCamera | None) ->
     ends = [EndKind.HELD if is_held else end for end, is_held in zip(track.ends, held, strict=True)]
     if not any(held):
         return track
-    return track._with(ends=(ends[0], ends[1]))
+    return varied(track, ends=(ends[0], ends[1]))
 
 
 def _held(curve: BSplineCurve, centres: FloatArray, radii: FloatArray) -> list[bool]:

@@ -46,7 +46,7 @@ from dloftbs.pipeline.thickness import doubt_unit
 from dloftbs.pipeline.whole_image import WholeImage
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
 from dloftbs.support.arrays import AnyArray
-from dloftbs.support.values import count_of, is_before, is_same_time, shown
+from dloftbs.support.values import count_of, is_before, is_same_time, shown, unchecked
 from dloftbs.tracking import HarnessIds, Tracker
 
 _log = logging.getLogger("dloftbs.pipeline")
@@ -381,18 +381,19 @@ def _result(
     kept: Frame | None = None,
 ) -> FrameResult:
     branch_points, harnesses = find_harnesses(run.detections) if run.is_branched else ((), ())
-    return FrameResult._unchecked(
-        run.detections,
-        tracks,
-        run.reason,
-        frame.size,
-        run.stage_ms,
-        frame.index,
-        frame.stamp,
-        frame.name,
-        run.crossings,
-        run.dropped,
-        kept,
+    return unchecked(
+        FrameResult,
+        detections=run.detections,
+        tracks=tracks,
+        reason=run.reason,
+        size=frame.size,
+        stage_ms=run.stage_ms,
+        index=frame.index,
+        stamp=frame.stamp,
+        name=frame.name,
+        crossings=run.crossings,
+        dropped=run.dropped,
+        frame=kept,
         branch_points=branch_points,
         harnesses=harnesses,
         diagnosis=tuple([doubt for doubt in (doubt_mask(run.share), unit_doubt) if doubt is not None]),

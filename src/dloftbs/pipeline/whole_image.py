@@ -20,6 +20,7 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.stage_trace import StageTrace
 from dloftbs.data.tracks import Track
 from dloftbs.support.arrays import FloatArray, frozen
+from dloftbs.support.values import varied
 
 
 @dataclass(frozen=True)
@@ -46,22 +47,18 @@ class WholeImage:
                 for one in found.harnesses
             ]
         )
-        return FrameResult._unchecked(
-            detections,
-            tuple([self._track(one) for one in found.tracks]),
-            found.reason,
-            self.region.image_size,
-            dict(found.stage_ms),
-            found.index,
-            found.stamp,
-            found.name,
-            tuple([self._crossing(one) for one in found.crossings]),
-            tuple([replace(one, centerline=self._centerline(one.centerline)) for one in found.dropped]),
-            None if found.frame is None else self.frame,
-            self.region.roi,
-            tuple([point for one in harnesses for point in one.branch_points]),
-            harnesses,
-            found.diagnosis,
+        return varied(
+            found,
+            detections=detections,
+            tracks=tuple([self._track(one) for one in found.tracks]),
+            size=self.region.image_size,
+            stage_ms=dict(found.stage_ms),
+            crossings=tuple([self._crossing(one) for one in found.crossings]),
+            dropped=tuple([replace(one, centerline=self._centerline(one.centerline)) for one in found.dropped]),
+            frame=None if found.frame is None else self.frame,
+            roi=self.region.roi,
+            branch_points=tuple([point for one in harnesses for point in one.branch_points]),
+            harnesses=harnesses,
         )
 
     def trace(self, made: StageTrace) -> StageTrace:
@@ -89,32 +86,24 @@ class WholeImage:
         """Return a detection moved; one that comes again, as that of a track, is the same one again."""
         kept = self._moved.get(id(found))
         if kept is None:
-            moved = Detection.__new__(Detection)
-            moved.__dict__.update(
-                {name: value for name, value in found.__dict__.items() if name != "joints"},  # made anew when asked for
-                centerline=self._centerline(found.centerline),
-                curve=self._curve(found.curve),
-                camera=self._camera(found.camera),
-            )
+            line, curve = self._centerline(found.centerline), self._curve(found.curve)
+            moved = varied(found, centerline=line, curve=curve, camera=self._camera(found.camera))
+            moved.__dict__.pop("joints", None)  # made anew when asked for
             kept = self._moved[id(found)] = found, moved
         assert isinstance(kept[1], Detection)
         return kept[1]
 
     def _track(self, found: Track) -> Track:
-        moved = Track.__new__(Track)
-        moved.__dict__.update(
-            found.__dict__,
+        return varied(
+            found,
             curve=self._curve(found.curve),
             detection=None if found.detection is None else self._detection(found.detection),
             camera=self._camera(found.camera),
         )
-        return moved
 
     def _crossing(self, found: Crossing) -> Crossing:
         (x, y), (left, top) = found.position, self.region.origin
-        moved = Crossing.__new__(Crossing)
-        moved.__dict__.update(found.__dict__, position=(x + left, y + top))
-        return moved
+        return varied(found, position=(x + left, y + top))
 
     def _branch_point(self, found: BranchPoint) -> BranchPoint:
         (x, y), (left, top) = found.position, self.region.origin
@@ -136,22 +125,20 @@ class WholeImage:
             return self._centerline(forwards).reversed()
         kept = self._moved.get(id(line))
         if kept is None:
-            moved = Centerline.__new__(Centerline)
-            moved.__dict__.update(
-                {name: value for name, value in line.__dict__.items() if name != "points"},
+            moved = varied(
+                line,
                 segments=tuple([self._segment(one) for one in line.segments]),
                 joints=tuple([self._joint(one) for one in line.joints]),
                 near_joints=tuple([self._near_joint(one) for one in line.near_joints]),
                 branch_ends=tuple([self._branch_end(one) for one in line.branch_ends]),
             )
+            moved.__dict__.pop("points", None)
             kept = self._moved[id(line)] = line, moved
         assert isinstance(kept[1], Centerline)
         return kept[1]
 
     def _segment(self, segment: Segment) -> Segment:
-        moved = Segment.__new__(Segment)
-        moved.__dict__.update(segment.__dict__, points=frozen(self._points(segment.points)))
-        return moved
+        return varied(segment, points=frozen(self._points(segment.points)))
 
     def _joint(self, joint: Joint) -> Joint:
         left, top = self.region.origin

@@ -409,7 +409,7 @@ class CameraRig:
         doubts.about_unit(found.objects)
         views = tuple(_with_space(view, result, found, geometry) for view, result in enumerate(results))
         stage_ms = {"stereo": 1e3 * (perf_counter() - since)}
-        combined = RigResult._unchecked(views, found.objects, stage_ms, results[0].index, results[0].stamp)
+        combined = RigResult(views, found.objects, (), stage_ms, results[0].index, results[0].stamp)
         return combined, found.groups
 
 

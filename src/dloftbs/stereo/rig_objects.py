@@ -16,7 +16,8 @@ from dloftbs.stereo.space_fit import STD_SAMPLES, SpaceCurve, fit_in_space
 from dloftbs.stereo.space_layout import lay_out
 from dloftbs.stereo.view_curves import ViewCurve
 from dloftbs.stereo.view_groups import Costs, Group, RigGeometry, group_detections
-from dloftbs.support.arrays import AnyArray
+from dloftbs.support.arrays import AnyArray, frozen
+from dloftbs.support.values import unchecked
 
 _MOST_RESIDUAL_STDS = 2.0
 """Distance of a curve's projections from what the views show beyond which it is not in space, standard deviations of
@@ -112,7 +113,17 @@ def _object(group: Group, fitted: SpaceCurve | None, geometry: RigGeometry) -> R
     curve = _in_first(fitted.curve, first, geometry)
     unknown = ~fitted.shown | (fitted.std_m > fitted.width_m)
     spans = _spans_of(unknown)
-    return RigObject._unchecked(row, curve, None, spans, fitted.width_m, confidence, fitted.std_m, pieces)
+    return unchecked(
+        RigObject,
+        members=row,
+        curve_3d=curve,
+        no_3d_reason=None,
+        _fitted_inferred_3d=spans,
+        width_m=fitted.width_m,
+        confidence=confidence,
+        std_m=frozen(fitted.std_m),
+        pieces=pieces,
+    )
 
 
 def _alone(group: Group, results: Sequence[FrameResult], geometry: RigGeometry) -> RigObject:

@@ -31,6 +31,7 @@ from dloftbs.support.values import (
     set_fields,
     shown,
     values_of,
+    varied,
 )
 
 Members = tuple[int | None, ...]
@@ -101,32 +102,6 @@ class RigObject(InferredSpans):
                 raise InputError("std_m must be two numbers or more, none of them negative")
             set_fields(self, std_m=frozen(std))
 
-    @classmethod
-    def _unchecked(
-        cls,
-        members: Members,
-        curve_3d: BSplineCurve | None,
-        no_3d_reason: str | None,
-        fitted_inferred_3d: tuple[tuple[float, float], ...],
-        width_m: float | None,
-        confidence: float,
-        std_m: FloatArray | None,
-        pieces: tuple[tuple[int, ...], ...],
-    ) -> RigObject:
-        """Make what the constructor makes, faster, from intervals of the own parameter of the spline in space."""
-        made = cls.__new__(cls)
-        made.__dict__.update(
-            members=members,
-            curve_3d=curve_3d,
-            no_3d_reason=no_3d_reason,
-            _fitted_inferred_3d=fitted_inferred_3d,
-            width_m=width_m,
-            confidence=confidence,
-            std_m=None if std_m is None else frozen(std_m),
-            pieces=pieces,
-        )
-        return made
-
     def __repr__(self) -> str:
         in_space = f"{self.curve_3d.length:.4g} m" if self.curve_3d is not None else "not in space"
         return f"RigObject(members {self.members}, {in_space})"
@@ -152,7 +127,7 @@ class RigObject(InferredSpans):
             return self
         curve, std = self.curve_3d.reversed(), self.std_m[::-1].copy()
         pieces = tuple([own[::-1] for own in self.pieces])
-        made = RigObject._unchecked(self.members, curve, None, (), self.width_m, self.confidence, std, pieces)
+        made = varied(self, curve_3d=curve, std_m=frozen(std), pieces=pieces)
         for name in ("inferred_3d", "_fitted_inferred_3d"):
             if name in self.__dict__:
                 made.__dict__[name] = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(self.__dict__[name])])
@@ -338,20 +313,6 @@ class RigResult:
             stamp=check_stamp(self.stamp),
         )
 
-    @classmethod
-    def _unchecked(
-        cls,
-        views: tuple[FrameResult, ...],
-        objects: tuple[RigObject, ...],
-        stage_ms: Mapping[str, float],
-        index: int,
-        stamp: float | None,
-    ) -> RigResult:
-        """Make what the constructor makes of one moment by itself, faster."""
-        made = cls.__new__(cls)
-        made.__dict__.update(views=views, objects=objects, tracks=(), stage_ms=dict(stage_ms), index=index, stamp=stamp)
-        return made
-
     def __getitem__(self, index: int) -> RigObject:
         return self.objects[index]
 
@@ -381,7 +342,7 @@ class RigResult:
         for track in self.tracks:
             seen = own.get(track.members[0] or 0)
             if seen is not None:
-                tracks.append((seen.reversed() if track.backwards[0] else seen)._with(id=track.id))
+                tracks.append(varied(seen.reversed() if track.backwards[0] else seen, id=track.id))
         stage_ms = {f"view {number}": one.total_ms for number, one in enumerate(self.views)}
         return replace(view, tracks=tuple(tracks), stage_ms={**stage_ms, **self.stage_ms})
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dloftbs.data.curve_samples import SAMPLES, U, sample_curve
 from dloftbs.data.tracks import EndKind, SeenPart, Track
 from dloftbs.support.arrays import FloatArray, frozen
+from dloftbs.support.values import unchecked
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.hidden_spans import find_runs
 from dloftbs.tracking.kernels.interpolation import interpolate
@@ -67,26 +68,26 @@ def _cut_visible(
 def to_track(model: TrackModel, view: View, probability: float) -> Track:
     """Return the track as published; `probability` is that of its curve, but for what was not seen for long."""
     visible = model.visible or VisibleCurve(model.curve, model.curve_3d, model.sight.inferred, model.sight.confidence)
-    return Track._unchecked(
-        model.id,
-        model.state,
-        visible.curve,
-        visible.curve_3d,
-        model.hits,
-        model.misses,
-        model.detection,
-        tuple([(float(low), float(high)) for low, high in visible.inferred]),
-        probability * visible.confidence,
-        None if math.isnan(model.width) else model.width,
-        _ends(model, visible, view),
-        _between(model.motion.velocity, visible.track_span) if model.motion.is_known else None,
-        None
-        if model.motion.velocity_3d is None
-        else _between(model.motion.velocity_3d, _in_space(model, visible.track_span, view)),
-        model.camera,
-        visible.parts,
-        None if model.motion.acceleration is None else _between(model.motion.acceleration, visible.track_span),
-        model.motion.age_s,
+    motion, span = model.motion, visible.track_span
+    velocity = _between(motion.velocity, span) if motion.is_known else None
+    in_space = None if motion.velocity_3d is None else _between(motion.velocity_3d, _in_space(model, span, view))
+    acceleration = None if motion.acceleration is None else _between(motion.acceleration, span)
+    return unchecked(
+        Track,
+        id=model.id,
+        state=model.state,
+        curve=visible.curve,
+        curve_3d=visible.curve_3d,
+        hits=model.hits,
+        misses=model.misses,
+        detection=model.detection,
+        confidence=probability * visible.confidence,
+        width_px=None if math.isnan(model.width) else model.width,
+        ends=_ends(model, visible, view),
+        camera=model.camera,
+        _fitted=(tuple([(float(low), float(high)) for low, high in visible.inferred]), velocity, in_space),
+        _fitted_parts=visible.parts,
+        _fitted_change=(acceleration, motion.age_s),
     )
 
 

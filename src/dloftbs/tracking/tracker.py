@@ -15,7 +15,7 @@ from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.support.arrays import FloatArray
-from dloftbs.support.values import ROUNDING_S, check_size, check_stamp, check_type, count_of
+from dloftbs.support.values import ROUNDING_S, check_size, check_stamp, check_type, count_of, varied
 from dloftbs.tracking.appearance import with_appearances
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.branch_roles import BranchRoles
@@ -288,7 +288,7 @@ class Tracker:
                 self._filters[track.id] = in_image, CurveFilter(lag)
             curve_3d = None if track.curve_3d is None else in_space(track.curve_3d, dt)
             smooth = replace(track, curve=in_image(track.curve, dt), curve_3d=curve_3d)
-            result.append(smooth._with(_fitted_parts=track._parts))
+            result.append(varied(smooth, _fitted_parts=track._parts))
         return tuple(result)
 
 

@@ -22,6 +22,7 @@ from dloftbs.fitting.crossings.kernels import crossing_order as order
 from dloftbs.fitting.crossings.kernels.crossing_groups import select_crossings
 from dloftbs.fitting.crossings.kernels.intersections import flatten, intersect, measure_arcs
 from dloftbs.support.arrays import FloatArray
+from dloftbs.support.values import unchecked
 
 MIN_CONFIDENCE = 0.6
 """Probability, a share of 1, below which the upper pass counts as unknown.
@@ -146,7 +147,10 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
         known = probability >= MIN_CONFIDENCE
         top, confidence = (int(verdict < 0.0), probability) if known else (None, 0.0)
         passes, both = ((a, u_a), (b, u_b)), (curves[a], curves[b])
-        found.append((passes, Crossing._unchecked((place[0], place[1]), passes, both, top, confidence)))
+        made = unchecked(
+            Crossing, position=(place[0], place[1]), _fitted=(passes, both), top=top, confidence=confidence
+        )
+        found.append((passes, made))
     return tuple([crossing for _, crossing in sorted(found, key=itemgetter(0))])
 
 

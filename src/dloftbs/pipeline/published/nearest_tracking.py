@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve, spans_by_length
 from dloftbs.data.curve_samples import SAMPLES, sample_curve
 from dloftbs.data.detection import Detection, curves_of
 from dloftbs.data.prediction import Prediction
@@ -121,6 +121,7 @@ def _mean_distances(ones: FloatArray, others: FloatArray) -> FloatArray:
 def _make_track(track_id: int, one: Detection | BSplineCurve, hits: int) -> Track:
     state = TrackState.CONFIRMED
     if isinstance(one, BSplineCurve):
-        return Track._unchecked(track_id, state, one, None, hits, 0, None, (), 1.0, None)
-    shown = one.curve, one.curve_3d, hits, 0, one, one.centerline.gaps, one.confidence, one.width_px
-    return Track._unchecked(track_id, state, *shown, camera=one.camera)
+        return Track(track_id, state, one, None, hits, 0, None)
+    inferred = spans_by_length(one.curve, one.centerline.gaps)
+    shown = one.curve, one.curve_3d, hits, 0, one, inferred, one.confidence, one.width_px
+    return Track(track_id, state, *shown, camera=one.camera)
