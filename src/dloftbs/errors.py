@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 _MAX_CHARACTERS = 4000
 """Length of the longest message shown: a library's error, quoted in ours, may hold a whole corrupt file."""
 
@@ -56,3 +59,12 @@ def explain_import(error: ImportError) -> ImportError:
         "pip uninstall opencv-python opencv-contrib-python, then pip install 'dloftbs[headless]'",
         name="cv2",
     )
+
+
+@contextmanager
+def source_errors(what: object, kinds: type[Exception] | tuple[type[Exception], ...] = SourceError) -> Iterator[None]:
+    """Raise an error of some kinds in the block as a `SourceError` that begins with what is read."""
+    try:
+        yield
+    except kinds as error:
+        raise SourceError(f"{what}: {error}") from error

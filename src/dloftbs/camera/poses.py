@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, source_errors
 from dloftbs.support.arrays import FloatArray, as_float_array, as_vector
 from dloftbs.support.documents import parse_yaml, read_text
 from dloftbs.support.values import check_path, shown
@@ -60,13 +60,11 @@ def read_pose(path: str | Path) -> FloatArray:
         If the file cannot be read, or holds something else.
     """
     place = check_path("path", path)
-    try:
+    with source_errors(place, InputError):
         documents = parse_yaml(read_text(place))
         if len(documents) != 1:
             raise InputError(f"a pose must be {POSE_FORMS}, got {len(documents)} documents")
         return as_pose("a pose", documents[0])
-    except InputError as error:
-        raise SourceError(f"{place}: {error}") from error
 
 
 def pose_of(rotation: FloatArray, translation_m: npt.ArrayLike) -> FloatArray:

@@ -24,7 +24,7 @@ from dloftbs.camera.calibration_files import (
 )
 from dloftbs.camera.pinhole import PinholeCamera
 from dloftbs.camera.poses import POSE_FORMS, POSE_KEYS, as_pose, inverse_of, pose_of
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, source_errors
 from dloftbs.support.arrays import FloatArray
 
 Keys = dict[str, Any]
@@ -46,11 +46,9 @@ def read_rig(paths: Sequence[Path], *, rectified: bool) -> tuple[CamerasAndPoses
         If a file cannot be read, or they are no rig.
     """
     named = " and ".join(str(path) for path in paths)
-    try:
+    with source_errors(named, InputError):
         contents = [normal_keys(content_of(path)) for path in paths]
         return rig_of(contents, rectified=rectified)
-    except InputError as error:
-        raise SourceError(f"{named}: {error}") from error
 
 
 def rig_of(contents: Sequence[Keys], *, rectified: bool = False) -> tuple[CamerasAndPoses, Keys]:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, source_errors
 from dloftbs.robot.robot_model import RobotModel
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.documents import read_lines
@@ -62,7 +62,7 @@ class JointStates:
             If the file cannot be read or says something else.
         """
         place = check_path("path", path)
-        try:
+        with source_errors(place, (InputError, csv.Error)):
             reader = csv.reader(read_lines(place))
             rows = (row for row in reader if row)
             header = [name.strip() for name in next(rows, [])]
@@ -77,8 +77,6 @@ class JointStates:
             columns = np.array(table).reshape(-1, len(header)).T.copy()
             positions = {name: (columns[0], column) for name, column in zip(header[1:], columns[1:], strict=True)}
             return cls(positions, by_frame=header[0] == "frame")
-        except (InputError, csv.Error) as error:
-            raise SourceError(f"{place}: {error}") from error
 
     def at(self, frame: Frame, robot: RobotModel) -> dict[str, float] | None:
         """Return the positions when a frame was taken, between two rows in proportion.

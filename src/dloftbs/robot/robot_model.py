@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from dloftbs.camera import CameraLike, as_camera, as_pose, inverse_of
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, source_errors
 from dloftbs.robot.bodies import Body, Mask, cover
 from dloftbs.robot.kinematics import CONTINUOUS, DEFAULT_BASE, RobotJoint, place_links, sort_joints
 from dloftbs.robot.robot_arguments import RobotArguments
@@ -103,15 +103,13 @@ class RobotModel:
     def _read(cls, path: Path, read: Callable[[Path], RobotArguments]) -> RobotModel:
         """Build a robot from the arguments that a reader finds in a file."""
         arguments = read(path)
-        try:
+        with source_errors(path, InputError):
             if not arguments.bodies:
                 raise InputError(
                     "a robot without bodies covers nothing: it needs capsules in YAML, or <collision> geometry in a "
                     "URDF, where <visual> geometry does not count"
                 )
             return cls(**vars(arguments))
-        except InputError as error:
-            raise SourceError(f"{path}: {error}") from error
 
     @property
     def joint_names(self) -> tuple[str, ...]:

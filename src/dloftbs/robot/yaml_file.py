@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dloftbs.camera import as_pose
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, source_errors
 from dloftbs.robot.bodies import Body
 from dloftbs.robot.kinematics import DEFAULT_BASE, FIXED, SLIDING, TURNING, RobotJoint, checked_axis
 from dloftbs.robot.robot_arguments import RobotArguments
@@ -32,13 +32,11 @@ def read_yaml(path: Path) -> RobotArguments:
     SourceError
         As `RobotModel.from_yaml`.
     """
-    try:
+    with source_errors(path, InputError):
         documents = parse_yaml(read_text(path))
         if len(documents) != 1 or not isinstance(documents[0], Mapping):
             raise InputError(f"a robot is one mapping with some of {', '.join(_KEYS)}, got {shown(documents)}")
         return _robot(documents[0], path)
-    except InputError as error:
-        raise SourceError(f"{path}: {error}") from error
 
 
 def _robot(given: Mapping[str, Any], path: Path) -> RobotArguments:

@@ -11,7 +11,7 @@ import numpy as np
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
-from dloftbs.errors import SourceError
+from dloftbs.errors import SourceError, source_errors
 from dloftbs.sources.alpha_channel import LEFT_OUT, split, telling
 from dloftbs.sources.image_header import is_animated, is_lossy, read_durations
 from dloftbs.sources.pixels import Kind, check_header, image_or_mask, read_bytes
@@ -67,12 +67,10 @@ class AnimationSource(Source):
         import cv2
 
         self.name = name
-        try:
+        with source_errors(name):
             rows, columns = check_header(data)
             if not hasattr(cv2, "imdecodeanimation"):
                 raise SourceError(f"this is OpenCV {cv2.__version__}, and {_NEEDED}")
-        except SourceError as error:
-            raise SourceError(f"{name}: {error}") from error
         durations = read_durations(data)
         self.length = len(durations)
         self._stamps = _stamps(durations, fps)
@@ -102,10 +100,8 @@ class AnimationSource(Source):
         left_out = False
         for count, (pixels, alpha) in enumerate(self._decoded(), 1):
             index = count - 1
-            try:
+            with source_errors(self.name):
                 image, mask = image_or_mask(pixels, self._kind, self._mask_is, lossy=lossy, alpha=alpha)
-            except SourceError as error:
-                raise SourceError(f"{self.name}: {error}") from error
             if image is not None and not left_out and telling(pixels, alpha) is not None:
                 left_out = True
                 logger.warning("%s: %s", self.name, LEFT_OUT)

@@ -20,7 +20,7 @@ import numpy as np
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.curve_pixels import curve_mask
 from dloftbs.data.instance_labels import Labels, Size, as_labels, paint
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.pixels import MAX_PIXELS, check_pixels, decode, read_bytes
 from dloftbs.sources.source import logger
 from dloftbs.support.arrays import AnyArray
@@ -111,12 +111,10 @@ def read_annotations(path: Path, size: Size | None = None) -> Labels:
     SourceError
         If the file cannot be read or is of another format, or its size differs from the frame's.
     """
-    try:
+    with source_errors(path, (InputError, SourceError)):
         if path.suffix.lower() == ".txt":
             return _of_yolo(read_bytes(path), size, path)
         return _of_json(_parse(read_bytes(path)), size, path)
-    except (InputError, SourceError) as error:
-        raise SourceError(f"{path}: {error}") from error
 
 
 def read_coco(path: Path) -> CocoFile | None:
@@ -127,10 +125,8 @@ def read_coco(path: Path) -> CocoFile | None:
     SourceError
         If the file cannot be read, or is no JSON of annotations.
     """
-    try:
+    with source_errors(path, (InputError, SourceError)):
         document = _parse(read_bytes(path))
-    except (InputError, SourceError) as error:
-        raise SourceError(f"{path}: {error}") from error
     if isinstance(document, list) or document.images is None or document.annotations is None:
         return None
     return CocoFile(path, document.images, document.annotations)

@@ -8,7 +8,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from dloftbs.errors import SourceError
+from dloftbs.errors import SourceError, source_errors
 from dloftbs.sources.pixels import MAX_PIXELS
 from dloftbs.support.arrays import AnyArray
 from dloftbs.support.npy import BROKEN, File, NpyHeader, open_member, opened, read_members
@@ -101,7 +101,5 @@ def read_whole(file: File, keys: tuple[str, ...]) -> tuple[list[str], dict[str, 
     SourceError
         If the archive cannot be read.
     """
-    try:
+    with source_errors(f"{file}: cannot be read as a .npz file", BROKEN):
         return read_members(file, keys, _MAX_WHOLE)
-    except BROKEN as error:
-        raise SourceError(f"{file}: cannot be read as a .npz file: {error}") from error

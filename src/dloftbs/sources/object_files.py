@@ -11,7 +11,7 @@ from pathlib import Path
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.instance_labels import Labels, Size, as_labels, check_kind, paint
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.annotations import ANNOTATION_SUFFIXES, read_annotations, read_coco
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, list_files
 from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, is_union, partner_of, partners_of, stem_under
@@ -79,19 +79,15 @@ def _read(files: Sequence[Path], rule: str, size: Size | None) -> Labels:
     if is_pattern(rule):
         if not files:
             raise SourceError(f"there is no file by the rule {rule!r}")
-        try:
+        with source_errors(f"{files[0].name}, ...", InputError):
             return paint(map(_read_object, files), size)
-        except InputError as error:
-            raise SourceError(f"{files[0].name}, ...: {error}") from error
     return read_objects(files[0], size)
 
 
 def _read_object(path: Path) -> AnyArray:
     """Return the mask (H, W) of one object."""
-    try:
+    with source_errors(path, InputError):
         return check_kind("the mask of an object", read_mask(path))
-    except InputError as error:
-        raise SourceError(f"{path}: {error}") from error
 
 
 def read_objects(path: Path, size: Size | None) -> Labels:
@@ -104,10 +100,8 @@ def read_objects(path: Path, size: Size | None) -> Labels:
     """
     if path.suffix.lower() in ANNOTATION_SUFFIXES:
         return read_annotations(path, size)
-    try:
+    with source_errors(path, InputError):
         return as_labels(load_npy(path) if path.suffix.lower() == ".npy" else read_labels(path), size)
-    except InputError as error:
-        raise SourceError(f"{path}: {error}") from error
 
 
 class ObjectFileSource(PictureStream):

@@ -14,7 +14,7 @@ import numpy as np
 from dloftbs.camera import DepthRegistration
 from dloftbs.data.frame import Frame
 from dloftbs.data.instance_labels import Size
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.animations import open_animation
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.naming_rules import STEM, is_pattern, is_rule, partner_of, partners_in_folder
@@ -357,8 +357,6 @@ def _open_stack(path: Path, key: str) -> Stack:
         if key not in keys:
             raise SourceError(f"{path}: needs the array {key!r}; found {', '.join(keys) or 'none'}")
         stack = NpzMember(path, key)
-    try:
+    with source_errors(path, InputError):
         check_stack(key, stack)
-    except InputError as error:
-        raise SourceError(f"{path}: {error}") from error
     return stack

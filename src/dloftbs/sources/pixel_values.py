@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dloftbs.errors import SourceError
+from dloftbs.errors import SourceError, source_errors
 from dloftbs.sources.image_header import is_lossy
 from dloftbs.sources.indexed_colour import is_indexed
 from dloftbs.sources.pixels import (
@@ -31,13 +31,11 @@ def read_labels(path: Path) -> AnyArray:
     SourceError
         If the file cannot be read or has several channels or other numbers, or went through a lossy codec.
     """
-    try:
+    with source_errors(path):
         data = read_bytes(path)
         if is_lossy(data):
             raise SourceError(LOSSY_LABELS)
         labels = read_indices(data) if is_indexed(data) else decode(data)
-    except SourceError as error:
-        raise SourceError(f"{path}: {error}") from error
     if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
         raise SourceError(
             f"{path}: labels must have one channel of integers, or be a PNG of indexed colour, "
@@ -58,10 +56,8 @@ def read_mask(path: Path, mask_is: str = "auto") -> AnyArray:
         _, mask = read_image_or_mask(path, "mask", mask_is)
         assert mask is not None  # what was asked for
         return mask
-    try:
+    with source_errors(path):
         return as_mask(load_npy(path))
-    except SourceError as error:
-        raise SourceError(f"{path}: {error}") from error
 
 
 def read_depth(path: Path) -> AnyArray:
@@ -73,19 +69,15 @@ def read_depth(path: Path) -> AnyArray:
         If the file cannot be read or is no depth.
     """
     if path.suffix.lower() != ".npy":
-        try:
+        with source_errors(path):
             data = read_bytes(path)
             depth = as_depth(decode(data))
-        except SourceError as error:
-            raise SourceError(f"{path}: {error}") from error
         for remark in first_of_many(data):
             logger.warning("%s: %s", path, remark)
         return depth
     depth = plane_of(load_npy(path))
-    try:
+    with source_errors(path):
         return as_depth(depth)
-    except SourceError as error:
-        raise SourceError(f"{path}: {error}") from error
 
 
 def as_depth(pixels: AnyArray) -> AnyArray:

@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.alpha_channel import LEFT_OUT, alpha_of_grey_tiff, is_one_colour, may_have_alpha, split, telling
 from dloftbs.sources.avif import decode_avif
 from dloftbs.sources.image_header import (
@@ -114,11 +114,9 @@ def read_picture(path: Path, kind: Kind, mask_is: str = "auto", *, upright: bool
     SourceError
         If the file cannot be read or is not what `kind` asks for.
     """
-    try:
+    with source_errors(path):
         data = read_bytes(path)
         picture = decode_picture(data, kind, mask_is, upright=upright)
-    except SourceError as error:
-        raise SourceError(f"{path}: {error}") from error
     return picture._replace(remarks=(*first_of_many(data), *picture.remarks))
 
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.pixels import GREY_AS_IMAGE, Kind, image_or_mask, load_npy
 from dloftbs.sources.source import Source, logger
@@ -248,12 +248,10 @@ def from_file(
     SourceError
         If the file is corrupt or does not hold what it should.
     """
-    try:
+    with source_errors(file, InputError):
         if _is_npy(file):
             return from_array(load_npy(file), file.name, kind, mask_is, camera, fps)
         return _from_npz(file, kind, mask_is, camera, fps, registration, depth_unit_m)
-    except InputError as error:
-        raise SourceError(f"{file}: {error}") from error
 
 
 def _is_npy(file: File) -> bool:

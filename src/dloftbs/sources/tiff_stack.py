@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import cast
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.errors import SourceError
+from dloftbs.errors import SourceError, source_errors
 from dloftbs.sources.picture_stream import PictureStream
 from dloftbs.sources.pixel_values import as_depth
 from dloftbs.sources.pixels import MAX_BYTES, Kind, Picture, decode, decode_picture, read_bytes
@@ -83,10 +83,8 @@ class PageSource(PictureStream):
             If it cannot be decoded, or is no depth.
         """
         select_page(self._file, self._pages[index])
-        try:
+        with source_errors(f"{self.name}: page {index}"):
             return as_depth(decode(self._data))
-        except SourceError as error:
-            raise SourceError(f"{self.name}: page {index}: {error}") from error
 
     def read_mask(self, index: int) -> AnyArray:
         """Return a page (H, W) that is a mask, of a source whose kind is that.
@@ -128,13 +126,11 @@ def open_pages(
     """
     if path.suffix.lower() not in TIFF_EXTENSIONS:
         return None
-    try:
+    with source_errors(path):
         if not _has_pages(path):
             return None
         data = read_bytes(path)
         pages = pages_of(data)
-    except SourceError as error:
-        raise SourceError(f"{path}: {error}") from error
     return PageSource(
         data, pages, str(path), path.name, kind=kind, mask_is=mask_is, camera=camera, fps=fps, upright=upright
     )

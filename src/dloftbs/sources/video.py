@@ -14,7 +14,7 @@ import numpy as np
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.cameras import why_not
 from dloftbs.sources.pixels import Kind, check_pixels, image_or_mask
 from dloftbs.sources.source import Source, logger
@@ -50,10 +50,8 @@ class _PictureSource(Source):
         self._camera = camera
 
     def _frame(self, index: int, pixels: AnyArray, stamp: float | None, name: str) -> Frame:
-        try:
+        with source_errors(self.name):
             image, mask = image_or_mask(pixels, self._kind, self._mask_is, lossy=self._lossy)
-        except SourceError as error:
-            raise SourceError(f"{self.name}: {error}") from error
         return Frame(
             image=image,
             mask=mask,
@@ -154,10 +152,8 @@ class VideoSource(_PictureSource):
         with closing(self._file.pictures(lost, ended)) as pictures:
             for picture in pictures:
                 count, following = count + 1, picture.index + 1
-                try:
+                with source_errors(self.name):
                     pixels = picture.counts() if self.holds_counts else picture.bgr()
-                except SourceError as error:
-                    raise SourceError(f"{self.name}: {error}") from error
                 stamp = self._stamp(picture, stamp, last, pixels)
                 last = pixels
                 yield self._frame(picture.index, pixels, stamp, self._label)

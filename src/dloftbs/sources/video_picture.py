@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs.errors import SourceError
+from dloftbs.errors import SourceError, source_errors
 from dloftbs.support.arrays import AnyArray
 
 COUNTS = ("gray16le", "gray16be")
@@ -43,13 +43,11 @@ class Converter:
         import av
 
         given = frame.width, frame.height, frame.format.name, frame.colorspace, frame.color_range
-        try:
+        with source_errors(f"pictures of {frame.format.name} cannot be converted", (av.FFmpegError, ValueError)):
             if given != self._given:
                 self._graph, self._given = _bgr_graph(frame), given
             self._graph.push(frame)
             pixels: AnyArray = self._graph.pull().to_ndarray()
-        except (av.FFmpegError, ValueError) as error:
-            raise SourceError(f"pictures of {frame.format.name} cannot be converted: {error}") from error
         return self.turned(pixels, frame)
 
     def turned(self, pixels: AnyArray, frame: Any) -> AnyArray:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, source_errors
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.sources.pixel_values import read_mask
 from dloftbs.support.arrays import FloatArray
@@ -62,14 +62,10 @@ class AriadneImages(RecordedSequence):
 
     def _truth(self, index: int) -> Truth:
         path = self._pairs[index][1]
-        try:
+        with source_errors(path, (OSError, UnicodeDecodeError)):
             lines = path.read_text("utf-8").splitlines()
-        except (OSError, UnicodeDecodeError) as error:
-            raise SourceError(f"{path}: {error}") from error
-        try:
+        with source_errors(path, InputError):
             return truth_of([_points(number, line) for number, line in enumerate(lines, start=1) if line.strip()])
-        except InputError as error:
-            raise SourceError(f"{path}: {error}") from error
 
 
 def _points(number: int, line: str) -> FloatArray:

@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.image_files import natural_key
 from dloftbs_lab.known_sequence import KnownSequence
 from dloftbs_lab.truth import Truth
@@ -99,10 +99,8 @@ class RecordedSequence(KnownSequence):
             raise SourceError(f"{self.folder} is closed")
         if not isinstance(index, (int, np.integer)) or not 0 <= index < len(self):
             raise InputError(f"{self.folder} has the frames 0 to {len(self) - 1}, got {index!r}")
-        try:
+        with source_errors(f"{self.folder}, frame {index}", InputError):
             return read(int(index))
-        except InputError as error:
-            raise SourceError(f"{self.folder}, frame {index}: {error}") from error
 
 
 def files_in(folder: Path) -> list[Path]:

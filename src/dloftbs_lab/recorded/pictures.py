@@ -10,7 +10,7 @@ from typing import Any
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.sources.pixel_values import read_depth, read_mask
 from dloftbs.sources.pixels import Picture, log_remarks, read_image_or_mask, read_picture
@@ -157,10 +157,8 @@ def decoded(path: Path, kind: Any) -> Any:
     SourceError
         If it cannot be read, or holds something else.
     """
-    try:
+    with source_errors(path, (OSError, InputError)):
         return parse_json(path.read_bytes(), kind)
-    except (OSError, InputError) as error:
-        raise SourceError(f"{path}: {error}") from error
 
 
 class VideoFrames:

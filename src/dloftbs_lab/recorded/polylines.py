@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, source_errors
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.support.values import MAX_WHOLE
 from dloftbs_lab.recorded.csv_rows import header_of, number, rows_of, whole
@@ -63,10 +63,8 @@ class AnnotatedImages(RecordedSequence):
     def _truth(self, index: int) -> Truth:
         path = self._pairs[index][1]
         known = _read_json(path) if path.suffix == ".json" else _read_csv(path)
-        try:
+        with source_errors(path, InputError):
             return truth_of(known.curves, known.ids, self._camera)
-        except InputError as error:
-            raise SourceError(f"{path}: {error}") from error
 
 
 def _read_json(path: Path) -> _Annotation:

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.sources.source import logger
 from dloftbs.support.arrays import FloatArray
@@ -115,10 +115,8 @@ class SplineTable(RecordedSequence):
 
     def _truth(self, index: int) -> Truth:
         known = self._known[index]
-        try:
+        with source_errors(f"{self._table}, line {known.line}", InputError):
             return truth_of(list(known.polylines.values()), list(known.polylines), self._camera)
-        except InputError as error:
-            raise SourceError(f"{self._table}, line {known.line}: {error}") from error
 
 
 def _open_pictures(folder: Path) -> tuple[VideoFrames | None, list[Path]]:
@@ -160,12 +158,10 @@ def _read_authors(path: Path) -> list[_Known]:
 def _list(path: Path, line: int, row: dict[str, str], name: str) -> FloatArray:
     """Return a list as Python or numpy writes it: in brackets, with or without commas."""
     text = row[name].strip()
-    try:
+    with source_errors(f"{path}, line {line}: {name} must be a list of numbers in brackets", ValueError):
         if not (text.startswith("[") and text.endswith("]")):
             raise ValueError("no brackets")
         values = np.array(text[1:-1].replace(",", " ").split(), dtype=np.float64)
-    except ValueError as error:
-        raise SourceError(f"{path}, line {line}: {name} must be a list of numbers in brackets: {error}") from error
     return values
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.pixels import load_npy, read_pixels
 from dloftbs.sources.source import logger
 from dloftbs.support.arrays import AnyArray
@@ -132,12 +132,9 @@ class WrittenSequence(RecordedSequence):
 
     def _record(self, index: int) -> _Record:
         path = self.folder / RECORDS
-        try:
-            with path.open("rb") as file:
-                file.seek(self._starts[index])
-                return parse_json(file.readline(), _Record)
-        except (OSError, InputError) as error:
-            raise SourceError(f"{path}, line {index + 1}: {error}") from error
+        with source_errors(f"{path}, line {index + 1}", (OSError, InputError)), path.open("rb") as file:
+            file.seek(self._starts[index])
+            return parse_json(file.readline(), _Record)
 
     def _image(self, index: int, record: _Record) -> AnyArray:
         if record.image != VIDEO or self._video is None:
@@ -159,19 +156,15 @@ class WrittenSequence(RecordedSequence):
         path = self.folder / name
         if path.suffix == ".npy":
             return load_npy(path)
-        try:
+        with source_errors(path):
             return read_pixels(path)
-        except SourceError as error:
-            raise SourceError(f"{path}: {error}") from error
 
 
 def _type(stored: _Stored) -> np.dtype[Any]:
-    try:
+    with source_errors(stored.file, TypeError):
         if _TYPE.fullmatch(stored.type) is None:
             raise TypeError(f"its type must be such as '|b1', '<u2' or '<f4', got {stored.type!r}")
         return np.dtype(stored.type)
-    except TypeError as error:
-        raise SourceError(f"{stored.file}: {error}") from error
 
 
 def _line_starts(path: Path) -> list[int]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from dloftbs.errors import SourceError
+from dloftbs.errors import SourceError, source_errors
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.npy import BROKEN, read_members
 from dloftbs.support.text import readable
@@ -89,11 +89,9 @@ def recordings_in(folder: Path) -> tuple[Recording, ...]:
 
 def _read(file: Path) -> list[Recording]:
     name = readable(str(file))
-    try:
+    with source_errors(f"cannot read recorded motion from {name}", BROKEN):
         _, arrays = read_members(file, (_MARKERS, _RATE), _MAX_BYTES)
         markers, rate = arrays[_MARKERS].astype(np.float64), float(arrays[_RATE])
-    except BROKEN as error:
-        raise SourceError(f"cannot read recorded motion from {name}: {error}") from error
     whole = markers.ndim == 4 and markers.shape[1] >= _FEWEST_FRAMES and markers.shape[2] >= _FEWEST_MARKERS
     if not whole or markers.shape[3] != 3 or not np.isfinite(markers).all():
         raise SourceError(

@@ -16,7 +16,7 @@ from typing import Any
 
 import cv2
 
-from dloftbs.errors import SourceError
+from dloftbs.errors import SourceError, source_errors
 from dloftbs.support.json_text import encode
 from dloftbs.support.safe_files import write_whole
 from dloftbs_lab.evaluation.report.first_page import first_page, readme_line
@@ -162,10 +162,8 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 
 def _read(path: Path) -> str:
-    try:
+    with source_errors("cannot make the pages of the results", OSError):
         return path.read_text("utf-8")
-    except OSError as error:
-        raise SourceError(f"cannot make the pages of the results: {error}") from error
 
 
 def main() -> None:
