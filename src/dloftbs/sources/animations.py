@@ -15,7 +15,7 @@ from dloftbs.errors import SourceError, source_errors
 from dloftbs.sources.alpha_channel import LEFT_OUT, split, telling
 from dloftbs.sources.image_header import is_animated, is_lossy, read_durations
 from dloftbs.sources.pixels import Kind, check_header, image_or_mask, read_bytes
-from dloftbs.sources.source import Source, logger
+from dloftbs.sources.source import ReadSource, logger
 from dloftbs.support.arrays import AnyArray
 
 ANIMATED_EXTENSIONS = (".png", ".webp")
@@ -25,7 +25,7 @@ _MAX_PIXELS = 1 << 26
 _NEEDED = "reading animations needs OpenCV 4.11 or newer: pip install -U opencv-python-headless"
 
 
-class AnimationSource(Source):
+class AnimationSource(ReadSource):
     """The frames of an animated PNG or WebP file, which is kept in memory as it is, compressed.
 
     It is an image stream unless `kind` is "mask", as a video is.
@@ -40,10 +40,8 @@ class AnimationSource(Source):
         Name of the frames, before their number.
     kind : {"auto", "image", "mask"}
         "auto" is "image".
-    mask_is : {"auto", "binary", "probability", "labels"}
-        What the values of masks are, as `Frame` has it.
-    camera : PinholeCamera, optional
-        Goes with every frame.
+    mask_is, camera
+        As `FileSource` has them.
     fps : float, optional
         Gives the stamps ``index / fps``, in place of the file's times. A file that shows a frame for no time has none.
 
@@ -81,17 +79,6 @@ class AnimationSource(Source):
         self._mask_is = mask_is
         self._camera = camera
         self._piece = max(1, _MAX_PIXELS // max(rows * columns, 1))
-
-    def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames. What cannot be decoded ends the stream, and is reported.
-
-        Raises
-        ------
-        SourceError
-            If the source is closed, or no frame can be decoded.
-        """
-        self._begin()
-        return self._frames()
 
     def _frames(self) -> Iterator[Frame]:
         assert self.length is not None  # the constructor counted

@@ -114,12 +114,8 @@ class ObjectFileSource(PictureStream):
     rule : str
         That named them.
     name : str
-    mask_is : {"auto", "binary", "probability", "labels"}
-        What the values of masks are, as `Frame` has it.
-    camera : PinholeCamera, optional
-        Goes with every frame.
-    fps : float, optional
-        Gives the stamps ``index / fps``; without it there are none.
+    mask_is, camera, fps
+        As `FileSource` has them.
 
     Attributes
     ----------

@@ -10,10 +10,10 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
 from dloftbs.sources.orientation import AS_STORED, MEANINGS
 from dloftbs.sources.pixels import Picture
-from dloftbs.sources.source import Source, logger
+from dloftbs.sources.source import ReadSource, logger
 
 
-class PictureStream(Source):
+class PictureStream(ReadSource):
     """Pictures, a frame each; what cannot be decoded is skipped, unless there is no other.
 
     A subclass gives `_pictures`. The first frame of another size than those before is reported: tracks begin anew.
@@ -23,12 +23,8 @@ class PictureStream(Source):
     name : str
     labels : sequence of str
         Names of the frames.
-    mask_is : {"auto", "binary", "probability", "labels"}
-        What the values of masks are, as `Frame` has it.
-    camera : PinholeCamera, optional
-        Goes with every frame.
-    fps : float, optional
-        Gives the stamps ``index / fps``; without it there are none.
+    mask_is, camera, fps
+        As `FileSource` has them.
     """
 
     def __init__(
@@ -46,17 +42,6 @@ class PictureStream(Source):
         self._labels = labels
         self._mask_is = mask_is
         self._camera = camera
-
-    def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames, made one by one; what cannot be decoded is skipped.
-
-        Raises
-        ------
-        SourceError
-            If the source is closed, or its only frame cannot be decoded.
-        """
-        self._begin()
-        return self._frames()
 
     @abstractmethod
     def _pictures(self) -> Iterator[Picture | SourceError]:

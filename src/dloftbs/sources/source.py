@@ -92,3 +92,21 @@ class Source(ABC):
     def _skip(self, what: str, why: object, count: int = 1) -> None:
         self.skipped += count
         logger.warning("skipped %s: %s", what, why)
+
+
+class ReadSource(Source):
+    """A source of this package: a subclass gives `_frames`, the frames of an iteration that has begun."""
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frames. What cannot be read is skipped, or ends the stream, and is reported.
+
+        Raises
+        ------
+        SourceError
+            If the source is closed, or nothing of it can be read.
+        """
+        self._begin()
+        return self._frames()
+
+    @abstractmethod
+    def _frames(self) -> Iterator[Frame]: ...

@@ -12,7 +12,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.pixels import GREY_AS_IMAGE, Kind, image_or_mask, load_npy
-from dloftbs.sources.source import Source, logger
+from dloftbs.sources.source import ReadSource, logger
 from dloftbs.support.arrays import AnyArray, check_mask, depth_remedy, holds_depth, plane_of
 from dloftbs.support.npy import File, InMemory, is_npy
 from dloftbs.support.values import MILLIMETRE_M, ROUNDING_S, is_same_time
@@ -37,8 +37,8 @@ NPZ_KEYS = {
 _LENS_KEYS = {"distortion": "distortion", "model": "distortion_model"}
 
 
-class ArraySource(Source):
-    """Stacks of images, masks, depth, occluders and instances, indexed together.
+class ArraySource(ReadSource):
+    """Stacks of images, masks, depth, occluders and instances, indexed together; frames are views of those in memory.
 
     Parameters
     ----------
@@ -116,17 +116,6 @@ class ArraySource(Source):
         self._camera = camera
         self._registration = registration
         self._depth_unit_m = depth_unit_m
-
-    def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames, as views of the arrays where these are in memory.
-
-        Raises
-        ------
-        SourceError
-            If the source is closed, or a file turns out to be corrupt.
-        """
-        self._begin()
-        return self._frames()
 
     def close(self) -> None:
         """Close the files, and let go of the arrays."""

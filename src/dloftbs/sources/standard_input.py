@@ -34,15 +34,8 @@ class ImageSource(PictureStream):
     ----------
     data : bytes
         Content of the image file.
-    kind : {"auto", "image", "mask"}
-        As for a file.
-    mask_is : {"auto", "binary", "probability", "labels"}
-        What the values of masks are, as `Frame` has it.
-    camera : PinholeCamera, optional
-    fps : float, optional
-        With it, the stamp is 0.
-    upright : bool
-        As for a file.
+    kind, mask_is, camera, fps, upright
+        As `FileSource` has them.
     """
 
     def __init__(

@@ -30,16 +30,8 @@ class PageSource(PictureStream):
         For messages.
     label : str
         Name of the frames, before their number.
-    kind : {"auto", "image", "mask"}
-        Kind of the pages; "auto" decides for each by its content, as for image files.
-    mask_is : {"auto", "binary", "probability", "labels"}
-        What the values of masks are, as `Frame` has it.
-    camera : PinholeCamera, optional
-        Goes with every frame.
-    fps : float, optional
-        Gives the stamps ``index / fps``; without it there are none.
-    upright : bool
-        Turn pages as their orientation says; otherwise they are as they were stored.
+    kind, mask_is, camera, fps, upright
+        As `FileSource` has them, for pages.
     """
 
     def __init__(

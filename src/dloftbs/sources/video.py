@@ -17,7 +17,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError, source_errors
 from dloftbs.sources.cameras import why_not
 from dloftbs.sources.pixels import Kind, check_pixels, image_or_mask
-from dloftbs.sources.source import Source, logger
+from dloftbs.sources.source import ReadSource, logger
 from dloftbs.sources.video_file import VideoFile
 from dloftbs.sources.video_picture import COUNTS, VideoPicture
 from dloftbs.support.arrays import AnyArray
@@ -39,7 +39,7 @@ RETRY_S = 0.02
 """Wait after a failed read of a camera or a stream, which fails at once while it is disturbed."""
 
 
-class _PictureSource(Source):
+class _PictureSource(ReadSource):
     """An image stream, unless `kind` is "mask": a grey or a black frame does not make it a mask."""
 
     _lossy = True
@@ -76,10 +76,8 @@ class VideoSource(_PictureSource):
     kind : {"auto", "image", "mask"}
         "auto" is "image". In masks cable begins at half brightness, since codecs ring around edges, unless they are a
         probability. Those of exact videos (`VideoFile.is_exact`) and of one channel of 16 bits keep their values.
-    mask_is : {"auto", "binary", "probability", "labels"}
-        What the values of masks are, as `Frame` has it.
-    camera : PinholeCamera, optional
-        Goes with every frame.
+    mask_is, camera
+        As `FileSource` has them.
     fps : float, optional
         Gives the stamps ``index / fps``, in place of the stream's presentation times, counted from its first frame.
         Where different frames share a time, by a clock that is too coarse, each comes 1 / rate after the one before it,
@@ -119,17 +117,6 @@ class VideoSource(_PictureSource):
         self.holds_counts = self._kind == "mask" and self._file.format in COUNTS
         if self._file.unread is not None:
             logger.warning("%s: %s", self.name, self._file.unread)
-
-    def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames. What cannot be decoded is skipped; a file that is cut off or damaged is reported.
-
-        Raises
-        ------
-        SourceError
-            If the source is closed, or the file cannot be opened any more.
-        """
-        self._begin()
-        return self._frames()
 
     def close(self) -> None:
         """Close the file; waits for the frame that another thread is decoding."""
@@ -205,12 +192,8 @@ class LiveSource(_PictureSource):
     ----------
     where : int or str
         Index of a camera, or address of a stream.
-    kind : {"auto", "image", "mask"}
-        As for `VideoSource`.
-    mask_is : {"auto", "binary", "probability", "labels"}
-        What the values of masks are, as `Frame` has it.
-    camera : PinholeCamera, optional
-        Goes with every frame.
+    kind, mask_is, camera
+        As `VideoSource` has them.
     fps : float, optional
         Gives the stamps ``index / fps`` of a recording, in place of its times.
 
