@@ -10,7 +10,6 @@ from dloftbs import sinks, viz
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.presentation import Outputs
-from dloftbs.data.stage_trace import StageTrace
 from dloftbs.errors import InputError
 from dloftbs.sinks.overlay_pictures import picture_name
 from dloftbs.sinks.points_csv import points_table
@@ -42,12 +41,11 @@ def _nothing_of(result: FrameResult) -> Frame:
     return Frame(mask=empty, camera=camera, index=result.index, stamp=result.stamp, name=result.name)
 
 
-def _result_png(result: FrameResult) -> bytes:
-    return viz.as_png(viz.draw(np.zeros(result.size, np.bool_) if result.frame is None else result.frame, result))
-
-
-def _trace_png(trace: StageTrace) -> bytes:
-    return viz.as_png(viz.draw_stages(trace))
-
-
-OUTPUTS = Outputs(_result_png, _trace_png, save, points_table, supervision_detections, plot)
+OUTPUTS = Outputs(
+    lambda one: viz.as_png(viz.draw(np.zeros(one.size, np.bool_) if one.frame is None else one.frame, one)),
+    lambda trace: viz.as_png(viz.draw_stages(trace)),
+    save,
+    points_table,
+    supervision_detections,
+    plot,
+)

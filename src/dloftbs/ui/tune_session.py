@@ -139,7 +139,7 @@ class TuneSession:
         self._audience.add(viewer)
         self._looks[viewer] = _Look(None if self._store.live else 0)
         viewer.post("state", encode_text("state", **self._state()))
-        viewer.post("strip", self._strip_text(self._counts))
+        viewer.post("strip", encode_text("strip", **self._strip_fields(self._counts)))
         viewer.refresh()
 
     def leave(self, viewer: Viewer) -> None:
@@ -424,9 +424,6 @@ class TuneSession:
     def _tell_counts(self, counts: Counts) -> None:
         self._counts = counts
         self._audience.tell("strip", **self._strip_fields(counts))
-
-    def _strip_text(self, counts: Counts) -> str:
-        return encode_text("strip", **self._strip_fields(counts))
 
     def _strip_fields(self, counts: Counts) -> dict[str, Any]:
         return {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import Field, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 
 from dloftbs.errors import InputError
 from dloftbs.support.values import MAX_PX, MAX_WHOLE, abridged, as_float, check_integer, check_size
@@ -100,11 +100,9 @@ class Style:
             raise InputError(f"halo_opacity must be a number in 0..1, got {self.halo_opacity!r}")
 
     def __repr__(self) -> str:
-        changed = [f"{part.name}={getattr(self, part.name)}" for part in fields(self) if self._is_changed(part)]
+        values = {part.name: getattr(self, part.name) for part in fields(self)}
+        changed = [f"{part.name}={values[part.name]}" for part in fields(self) if values[part.name] != part.default]
         return abridged(f"Style({', '.join(changed)})")
-
-    def _is_changed(self, part: Field[object]) -> bool:
-        return bool(getattr(self, part.name) != part.default)
 
     def colour(self, order: int) -> Colour:
         """Return the palette's colour number `order`, from 0 on, again and again."""

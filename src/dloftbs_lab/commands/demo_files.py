@@ -74,12 +74,13 @@ def render(sequence: DemoSequence, folder: Path) -> None:
     SinkError
         If it cannot be written.
     """
-    with sinks.OverlayVideoSink(folder / INPUT, fps=sequence.fps or 30.0, draw=_as_it_is) as video:
+    with sinks.OverlayVideoSink(folder / INPUT, fps=sequence.fps or 30.0, draw=as_it_is) as video:
         for frame in sequence:
             video.write(frame, FrameResult((), (), None, frame.size, index=frame.index))
 
 
-def _as_it_is(frame: Frame, result: FrameResult) -> npt.NDArray[np.uint8]:
+def as_it_is(frame: Frame, result: FrameResult) -> npt.NDArray[np.uint8]:
+    """Return the image of a frame that was drawn, shape (H, W, 3)."""
     assert frame.image is not None  # the sequence draws images
     return frame.image
 

@@ -13,8 +13,8 @@ from dloftbs.cli.outputs import open_outputs
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.stereo import CameraRig, StereoPipeline
-from dloftbs.support.arrays import AnyArray
 from dloftbs.support.safe_files import write_whole
+from dloftbs_lab.commands.demo_files import as_it_is
 from dloftbs_lab.commands.scoring import spread, spread_text
 from dloftbs_lab.evaluation import match_curves
 from dloftbs_lab.synthetic import TwoCameraSequence
@@ -54,8 +54,8 @@ def follow(frames: int, size: tuple[int, int], seed: int, folder: Path) -> str:
     errors = []
     overlay = sinks.OverlayVideoSink(folder / OVERLAY, fps=sequence.fps or 30.0)
     with (
-        sinks.OverlayVideoSink(folder / LEFT, fps=sequence.fps or 30.0, draw=_as_it_is) as left,
-        sinks.OverlayVideoSink(folder / RIGHT, fps=sequence.fps or 30.0, draw=_as_it_is) as right,
+        sinks.OverlayVideoSink(folder / LEFT, fps=sequence.fps or 30.0, draw=as_it_is) as left,
+        sinks.OverlayVideoSink(folder / RIGHT, fps=sequence.fps or 30.0, draw=as_it_is) as right,
         open_outputs([str(folder / name) for name in CURVES], overlay) as sink,
     ):
         for index in range(frames):
@@ -83,8 +83,3 @@ def _painted(frame: Frame) -> Frame:
     assert frame.mask is not None
     image = np.where(frame.mask[..., None], _CABLE_BGR, _GROUND_BGR).astype(np.uint8)
     return Frame(image=image, index=frame.index, stamp=frame.stamp, name=frame.name)
-
-
-def _as_it_is(frame: Frame, result: FrameResult) -> AnyArray:
-    assert frame.image is not None  # they are drawn
-    return frame.image

@@ -105,7 +105,7 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
         both = functools.partial(_pipeline, config), functools.partial(_pipeline, one)
         return Method(name, both[0], settings_of_both, one_factory=both[1])
     if name in BASELINES:
-        first, *others = (functools.partial(_point_drift, length) for length in LENGTHS)
+        first, *others = (functools.partial(CoherentPointDrift, length) for length in LENGTHS)
         return Method(name, first, alternatives=tuple(others), suites=BASELINE_SUITES)
     if name == STEREO:
         return Method(name, _TwoCameras, suites=(TWO_CAMERAS,))
@@ -157,10 +157,6 @@ def config_of(name: str, settings: MethodSettings) -> Config | None:
         return settings.applied_to(base, paper=name == "paper")
     except ConfigError as error:
         raise ConfigError(f"method {name!r}: {error}") from error
-
-
-def _point_drift(length: float) -> Callable[[Frame], Any]:
-    return CoherentPointDrift(length)
 
 
 def _for_one(config: Config) -> Config | None:
