@@ -37,10 +37,7 @@ _FRAMES = {
 _SCALE = 2e-3
 _SCALES = {"several-cables": 1.0, "kinds": 0.02}  # rare decisions
 
-_CONFIGS = (
-    (dloftbs.Config(), True),
-    (dloftbs.Config(linking=dloftbs.config.LinkingConfig(objects=2)), False),
-)
+_CONFIGS = ((dloftbs.Config(), True), (dloftbs.Config(linking=dloftbs.config.LinkingConfig(objects=2)), False))
 _CONFIGS_OF = {"harness": ((dloftbs.Config(linking=dloftbs.config.LinkingConfig(branched=True)), True),)}
 
 

@@ -20,11 +20,7 @@ Mask = npt.NDArray[np.uint8]
 
 
 def cables(
-    count: int,
-    seed: int = 0,
-    length_px: float = 1500.0,
-    size: tuple[int, int] = SIZE,
-    width_px: float = WIDTH_PX,
+    count: int, seed: int = 0, length_px: float = 1500.0, size: tuple[int, int] = SIZE, width_px: float = WIDTH_PX
 ) -> Mask:
     """Return the mask (H, W), 0 and 255, of `count` cables that lie across each other."""
     rng = np.random.default_rng(seed)

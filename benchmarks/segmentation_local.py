@@ -109,9 +109,7 @@ def _print_times() -> None:
     picture = scenes.drawn(ground, [np.full(3, 22.0)] * 2, 10.0, rng, 0.0)
     image, empty = (cv2.resize(one, (1280, 720)) for one in (picture.image, ground))
     ways: dict[str, Callable[[], object]] = {
-        "cvtColor and inRange": lambda: cv2.inRange(
-            cv2.cvtColor(image, cv2.COLOR_BGR2HSV), (5, 40, 40), (22, 255, 255)
-        ),
+        "cvtColor and inRange": lambda: cv2.inRange(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), (5, 40, 40), (22, 255, 255))
     }
     local, background = LocalSegmenter(LocalConfig(tone="darker")), BackgroundSegmenter(empty)
     ways |= {"local": lambda: local(image), "background": lambda: background(image)}

@@ -223,16 +223,10 @@ def main() -> None:
     share = 20 if options.quick else 1
     with published("topology", options.docs):
         against_spherogram(5000 // share)
-        drawn_ropes(
-            "knots of up to 7 crossings, named",
-            named(112 // share),
-            _is_named,
-        )
+        drawn_ropes("knots of up to 7 crossings, named", named(112 // share), _is_named)
         for step_widths in (4.0, 3.2, 2.8):
             drawn_ropes(
-                f"random ropes, strands {step_widths:g} widths apart",
-                tangled(120 // share, step_widths),
-                _is_told,
+                f"random ropes, strands {step_widths:g} widths apart", tangled(120 // share, step_widths), _is_told
             )
     if options.docs:
         some = [*[one for one in named(60) if one[0] == "open ropes"][3:6], *tangled(2, 4.0)[1:]]

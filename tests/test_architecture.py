@@ -20,16 +20,7 @@ LAB = Path(dloftbs_lab.__file__).parent
 GROUND = {"errors", "config", "kernels", "support", "_version"}
 TYPES = {"data", "camera", "evidence"}
 """`evidence` is a type that others ask, in a room of its own because it has kernels."""
-ROOMS = {
-    "segmentation",
-    "cleaning",
-    "skeleton",
-    "linking",
-    "fitting",
-    "lifting",
-    "pipeline.published",
-    "tracking",
-}
+ROOMS = {"segmentation", "cleaning", "skeleton", "linking", "fitting", "lifting", "pipeline.published", "tracking"}
 """Those of the stages."""
 OUTSIDE = {"errors", "config", "support", "_version", "data", "camera"}
 OPEN_BY_NAME = ("sources", "sinks")

@@ -271,7 +271,7 @@ def calls(folder: Path) -> dict[str, Call]:
         },
         "track": {"frames": [MASK], "hsv": "1:2", "objects": 1},
         "config.ColourPicture": {
-            **{name: getattr(COLOUR.pictures[0], name) for name in ("source", "size", "cable", "ground", "sample")},
+            **{name: getattr(COLOUR.pictures[0], name) for name in ("source", "size", "cable", "ground", "sample")}
         },
         "config.choose_config": {"config": None, "hsv": None, "objects": None},
         "config.read_colour": {"colour": "1:2"},
@@ -311,7 +311,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.MarkerWriter": {"make": MAKE},
         "ros.MarkerWriter.clear": {"header": STD_HEADER},
         "ros.MarkerWriter.message": {
-            **{"header": STD_HEADER, "samples": [in_space], "branch_points": HARNESS.branch_points},
+            **{"header": STD_HEADER, "samples": [in_space], "branch_points": HARNESS.branch_points}
         },
         "ros.RclpyFactory.__call__": {"type_name": "no_msgs/msg/Thing"},
         "ros.Recording": {"path": RECORDING.path},

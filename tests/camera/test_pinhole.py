@@ -167,9 +167,7 @@ def test_a_lens_is_opencvs(lens):
 
 
 @given(
-    st.tuples(*[st.floats(-0.5, 0.5)] * 3, *[st.floats(-0.01, 0.01)] * 2),
-    st.floats(-2.0, 2.0),
-    st.floats(-2.0, 2.0),
+    st.tuples(*[st.floats(-0.5, 0.5)] * 3, *[st.floats(-0.01, 0.01)] * 2), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)
 )
 def test_what_can_be_projected_through_any_lens_comes_back(coefficients, x, y):
     k1, k2, k3, p1, p2 = coefficients

@@ -19,11 +19,7 @@ def test_all_forms_of_a_pose_are_one(rpy, translation):
     turn = Rotation.from_euler("xyz", rpy)
     expected = np.eye(4)
     expected[:3, :3], expected[:3, 3] = turn.as_matrix(), translation
-    for form in (
-        {"rpy": rpy},
-        {"quaternion_xyzw": turn.as_quat()},
-        {"rotation": turn.as_matrix().tolist()},
-    ):
+    for form in ({"rpy": rpy}, {"quaternion_xyzw": turn.as_quat()}, {"rotation": turn.as_matrix().tolist()}):
         assert as_pose("pose", {"translation_m": translation, **form}) == pytest.approx(expected, abs=1e-9)
     assert as_pose("pose", expected.tolist()) == pytest.approx(expected)
 

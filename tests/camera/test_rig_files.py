@@ -153,10 +153,7 @@ def test_two_camera_infos(tmp_path):
         ({"fx": 1.0}, "is no rig: expected"),
         ({"cameras": [1, 2]}, "camera 0 must be a mapping"),
         ({"cameras": [LEFT.to_dict(), RIGHT.to_dict()]}, "camera 1 needs its pose"),
-        (
-            {"cameras": [LEFT.to_dict(), {**RIGHT.to_dict(), "pose": {"quaternion_xyzw": [1, 1, 0, 0]}}]},
-            "the length 1",
-        ),
+        ({"cameras": [LEFT.to_dict(), {**RIGHT.to_dict(), "pose": {"quaternion_xyzw": [1, 1, 0, 0]}}]}, "the length 1"),
         ({"cam0": kalibr(LEFT), "cam1": kalibr(RIGHT)}, "cam1 lacks T_cn_cnm1"),
         ({"cam0": kalibr(LEFT), "cam1": 5}, "cam1 must be a camera"),
     ],

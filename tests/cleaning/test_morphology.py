@@ -265,10 +265,7 @@ def beside(angle: float, first: float, thickness: int, stop: float = 60.0, start
     """A thread along a cable of 20 px, both at an angle; it begins so many pixels away from the edge."""
     mask = np.zeros((300, 300), np.uint8)
     along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
-    for s, t, offset, width in (
-        (-120.0, 120.0, 0.0, 20),
-        (start, stop, 10.0 + first + (thickness - 1) / 2, thickness),
-    ):
+    for s, t, offset, width in ((-120.0, 120.0, 0.0, 20), (start, stop, 10.0 + first + (thickness - 1) / 2, thickness)):
         ends = 150 + np.array([s * along, t * along]) + offset * across
         one, other = (16 * ends).astype(int).tolist()
         cv2.line(mask, one, other, 1, width, cv2.LINE_8, 4)

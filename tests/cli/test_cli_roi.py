@@ -100,9 +100,7 @@ def test_a_colour_is_learned_in_it(tmp_path):
     image[80:] = (10, 10, 250)  # a red table, which would be ground
     path, out = save(tmp_path / "photo.png", image), tmp_path / "cable.yaml"
     overlay = tmp_path / "mask.png"
-    result = run(
-        *("colour", path, "--at", "60,50:120,50", "--roi", "10,20,180,50", "--out", out, "--overlay", overlay),
-    )
+    result = run(*("colour", path, "--at", "60,50:120,50", "--roi", "10,20,180,50", "--out", out, "--overlay", overlay))
     settings = yaml.safe_load(out.read_text())
     assert settings["region"] == {"roi": [10, 20, 180, 50]}
     shown = cv2.imread(str(overlay))

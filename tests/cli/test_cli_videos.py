@@ -23,11 +23,7 @@ def cable(number):
     return photo(30 + number)
 
 
-WRITERS = {
-    "pause.webm": videos.write_vp9,
-    "pause.mkv": videos.write,
-    "pause.mp4": videos.write_av1,
-}
+WRITERS = {"pause.webm": videos.write_vp9, "pause.mkv": videos.write, "pause.mp4": videos.write_av1}
 
 
 def paused(folder, name):

@@ -13,8 +13,7 @@ TRIANGLE = ((1, 2), (30, 4), (5, 60))
 
 
 @pytest.mark.parametrize(
-    "given",
-    ["1,2,30,40", (1, 2, 30, 40), [1, 2, 30.0, 40], np.array([1, 2, 30, 40]), (np.int64(1), 2, 30, 40)],
+    "given", ["1,2,30,40", (1, 2, 30, 40), [1, 2, 30.0, 40], np.array([1, 2, 30, 40]), (np.int64(1), 2, 30, 40)]
 )
 def test_a_rectangle_is_four_whole_numbers(given):
     assert read_roi(given) == (1, 2, 30, 40)

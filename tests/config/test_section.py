@@ -77,11 +77,7 @@ BAD = [
 
 NUMBERS = [
     (section, name)
-    for section in (
-        *SECTIONS.values(),
-        GreedyLinkingConfig,
-        PixelLiftingConfig,
-    )
+    for section in (*SECTIONS.values(), GreedyLinkingConfig, PixelLiftingConfig)
     for name, default in zip(section.__struct_fields__, section.__struct_defaults__, strict=True)
     if (isinstance(default, (int, float)) and not isinstance(default, bool)) or name in ("objects", "knots")
 ]

@@ -208,11 +208,7 @@ DEPTH_FOUND = {
     "depth of 1e-310": _depth_of(1e-310),
     "depth of 1e300": _depth_of(HUGE),
     "a unit of 1e-300": WithDepth(
-        _depth_of(1.0).mask,
-        np.full((60, 120), 700, np.uint16),
-        PinholeCamera(100.0, 100.0, 60.0, 30.0),
-        {},
-        1e-300,
+        _depth_of(1.0).mask, np.full((60, 120), 700, np.uint16), PinholeCamera(100.0, 100.0, 60.0, 30.0), {}, 1e-300
     ),
     "depth of NaN": _depth_of(np.nan),
     "depth of half precision": _depth_of(0.7, "f2"),

@@ -288,5 +288,5 @@ CURVES_FOUND = {
         "control_points": [[0.0, 0.0], [1e150, 0.0], [1e150, 1e150], [0.0, 1e150]],
         "degree": 3,
         "closed": False,
-    },
+    }
 }

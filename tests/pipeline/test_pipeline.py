@@ -165,11 +165,7 @@ class TestStrangeMasks:
                 DEFAULT_EVERYTHING,
                 "nothing is as long as linking.min_length_px = 10 and linking.min_length_widths = 1.5",
             ),
-            (
-                "full",
-                DEFAULT,
-                "100 % of the mask is set, and cables cover at most 60 %: if it is inverted, turn it",
-            ),
+            ("full", DEFAULT, "100 % of the mask is set, and cables cover at most 60 %: if it is inverted, turn it"),
             ("grid", DEFAULT, "segments are more than segments.max_segments = 1000: this mask is noise"),
             ("one pixel", PAPER, "nothing of the mask is left after the opening by 3 x 3 px"),
             ("one pixel", EVERYTHING, "the longest segment has 1 px, fewer than linking.min_length_px = 2"),

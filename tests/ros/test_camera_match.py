@@ -176,11 +176,7 @@ def test_a_registration_takes_the_depth_of_the_other_sensor(tmp_path):
         ([info(INFO, IN_DEPTH, k=OTHER_K), info("/camera/rgb/camera_info")], 150.0, None),
         ([info("/camera/half", size=(60, 80)), info("/camera/whole")], 150.0, None),
         ([info(size=(60, 80), k=OTHER_K), info("/camera/whole")], 150.0, None),
-        (
-            [info("/camera/a"), info("/camera/b", k=OTHER_K)],
-            None,
-            "several topics fit; name one with --info-topic",
-        ),
+        ([info("/camera/a"), info("/camera/b", k=OTHER_K)], None, "several topics fit; name one with --info-topic"),
         ([info(size=(60, 80))], None, "it is for images of (60, 80), got (120, 160); --camera (camera=) gives one"),
         ([info(k=[0.0] * 9)], None, "it is not calibrated, its matrix K is 0"),
     ],

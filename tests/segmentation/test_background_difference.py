@@ -142,11 +142,7 @@ def test_a_median_of_one_frame_is_the_frame_and_of_two_one_of_them():
 
 @pytest.mark.parametrize(
     ("frames", "message"),
-    [
-        ([], "there are none"),
-        ([EMPTY, EMPTY[:-1]], "must have one size"),
-        ([np.zeros(SIZE, np.uint8)], "is a mask"),
-    ],
+    [([], "there are none"), ([EMPTY, EMPTY[:-1]], "must have one size"), ([np.zeros(SIZE, np.uint8)], "is a mask")],
 )
 def test_frames_that_make_no_background_are_refused(frames, message):
     with pytest.raises(InputError, match=message):

@@ -43,12 +43,7 @@ def test_a_cable_is_where_it_was_drawn_and_its_deviation_holds():
 
 
 @settings(max_examples=8, deadline=None)
-@given(
-    baseline=st.floats(0.05, 0.25),
-    turn=st.floats(-0.1, 0.3),
-    bend=st.floats(-0.06, 0.06),
-    far=st.floats(0.5, 0.9),
-)
+@given(baseline=st.floats(0.05, 0.25), turn=st.floats(-0.1, 0.3), bend=st.floats(-0.06, 0.06), far=st.floats(0.5, 0.9))
 def test_what_is_projected_and_found_again_is_the_same(baseline, turn, bend, far):
     r = rig(baseline, min(turn, baseline / far))
     axis = axis_through([(0.0, -0.12, far), (bend, -0.03, far + bend), (-bend, 0.05, far), (0.02, 0.12, far - bend)])

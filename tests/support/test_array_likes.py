@@ -215,8 +215,7 @@ class TestPictures:
         assert np.array_equal(Frame(mask=MASK, image=Picture(mode, MASK, self.RGB)).image, IMAGE)
 
     @pytest.mark.parametrize(
-        ("mode", "pixels"),
-        [("L", MASK), ("1", MASK > 0), ("I", MASK.astype(np.int32)), ("I;16", MASK.astype("<u2"))],
+        ("mode", "pixels"), [("L", MASK), ("1", MASK > 0), ("I", MASK.astype(np.int32)), ("I;16", MASK.astype("<u2"))]
     )
     def test_one_channel_is_a_mask(self, mode: str, pixels: np.ndarray) -> None:
         assert found(dloftbs.detect(Picture(mode, pixels))) == found(dloftbs.detect(MASK))

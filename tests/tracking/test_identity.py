@@ -9,18 +9,7 @@ import pytest
 from builders import curve_through, detection_of, line, loop, part, wave
 from hypothesis import given
 from hypothesis import strategies as st
-from tracked_curves import (
-    FRAME_S,
-    HIDDEN,
-    SHAPES,
-    doubtful,
-    ids,
-    level,
-    runs_like,
-    see,
-    shown_for,
-    turning,
-)
+from tracked_curves import FRAME_S, HIDDEN, SHAPES, doubtful, ids, level, runs_like, see, shown_for, turning
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import TrackingConfig

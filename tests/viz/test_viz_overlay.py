@@ -310,12 +310,7 @@ def test_labels_do_not_cover_each_other(build):
 
 @pytest.mark.parametrize(
     ("start", "end"),
-    [
-        ((-300, -50), (900, 300)),
-        ((-500, -500), (-100, -400)),
-        ((1e7, 0), (-1e7, 200)),
-        ((320, 120), (1e12, 1e12)),
-    ],
+    [((-300, -50), (900, 300)), ((-500, -500), (-100, -400)), ((1e7, 0), (-1e7, 200)), ((320, 120), (1e12, 1e12))],
 )
 def test_curves_may_leave_the_picture(build, start, end):
     detection = build.detection(build.straight(start, end), ((JointKind.GAP, (0.2, 0.3)),))

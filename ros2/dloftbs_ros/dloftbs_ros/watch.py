@@ -40,11 +40,7 @@ class Watch:
             self._known.discard("mask")
 
     def words(
-        self,
-        now: float,
-        present: Callable[[], Sequence[Publisher]],
-        problems: Mapping[str, str],
-        wants_metres: bool,
+        self, now: float, present: Callable[[], Sequence[Publisher]], problems: Mapping[str, str], wants_metres: bool
     ) -> list[str]:
         """Return what is to be said now.
 

@@ -115,12 +115,7 @@ def robot_options(command: Command) -> Command:
     )
     @functools.wraps(command)
     def with_robot(
-        *args: Any,
-        robot: str | None,
-        joints: str | None,
-        camera_pose: str | None,
-        inputs: InputOptions,
-        **kwargs: Any,
+        *args: Any, robot: str | None, joints: str | None, camera_pose: str | None, inputs: InputOptions, **kwargs: Any
     ) -> None:
         if (robot is None) != (joints is None):
             raise click.UsageError("--robot and --joints go together")

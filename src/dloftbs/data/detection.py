@@ -319,10 +319,7 @@ class Crossing:
             self,
             position=check_pair("position", self.position, -LARGEST, LARGEST),
             passes=tuple(
-                (
-                    check_integer("detection of a pass", number, 0, MAX_WHOLE),
-                    check_number("u of a pass", u, 0.0, 1.0),
-                )
+                (check_integer("detection of a pass", number, 0, MAX_WHOLE), check_number("u of a pass", u, 0.0, 1.0))
                 for number, u in passes
             ),
             top=None if self.top is None else check_integer("top", self.top, 0, 1),

@@ -84,14 +84,7 @@ def terms_in_image(curve: BSplineCurve, line: Centerline, inferred: Spans, u: Fl
     roughness = _roughness(places, radius, stretches, at, _ROUGHNESS_WIDTHS * width)
     hidden = depth_inside(u, inferred) * length
     hidden[hidden > 0.0] += 0.5 * width
-    columns = (
-        grid,
-        misfit * averaged,
-        roughness,
-        _bends(curve)[_spans(curve, u)],
-        unmeasured * misfit,
-        hidden,
-    )
+    columns = (grid, misfit * averaged, roughness, _bends(curve)[_spans(curve, u)], unmeasured * misfit, hidden)
     return np.stack(columns, axis=1)
 
 

@@ -20,13 +20,7 @@ from dloftbs.evidence.kernels.colour_differences import compare_pairs
 from dloftbs.evidence.kernels.end_labels import label_ends
 from dloftbs.evidence.kernels.end_references import sample_cables, sample_references
 from dloftbs.evidence.kernels.gap_depths import describe_depths, measure_swerves, sample_depths
-from dloftbs.evidence.kernels.gap_pixels import (
-    describe_pixels,
-    lay_ways,
-    list_uncovered,
-    mark_covered,
-    mark_probable,
-)
+from dloftbs.evidence.kernels.gap_pixels import describe_pixels, lay_ways, list_uncovered, mark_covered, mark_probable
 from dloftbs.support.arrays import AnyArray, FloatArray, as_bytes
 from dloftbs.support.values import MILLIMETRE_M
 
@@ -85,15 +79,7 @@ class EvidenceMap:
         if all(given is None for given in (frame.image, frame.depth, frame.occluders, soft, labels)):
             return None
         return cls(
-            crop,
-            frame.image,
-            frame.depth,
-            frame.occluders,
-            frame.camera,
-            config,
-            frame.depth_unit_m,
-            soft,
-            labels,
+            crop, frame.image, frame.depth, frame.occluders, frame.camera, config, frame.depth_unit_m, soft, labels
         )
 
     def at(self, graph: Graph) -> EndEvidence:

@@ -16,11 +16,7 @@ _ORDER = 4
 
 @kernel(read(float64, 1), read(float64, 2), float64, float64, int64)
 def sample_cubic(
-    knots: npt.NDArray[np.float64],
-    control: npt.NDArray[np.float64],
-    first: float,
-    last: float,
-    count: int,
+    knots: npt.NDArray[np.float64], control: npt.NDArray[np.float64], first: float, last: float, count: int
 ) -> tuple[npt.NDArray[np.float64], float]:
     """Evaluate a cubic B-spline at evenly spaced parameters, by the recursion of Cox and de Boor.
 

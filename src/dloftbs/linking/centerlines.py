@@ -124,13 +124,7 @@ def _lay_out(
     oriented, own_radius = buffer.all()
     runs = np.array(spans).reshape(-1, 3)
     points, radius, u, widths, positions = lay_out(
-        oriented,
-        own_radius,
-        runs,
-        np.array(first),
-        len(lines),
-        matching.branches.end_states,
-        *crop.image_transform,
+        oriented, own_radius, runs, np.array(first), len(lines), matching.branches.end_states, *crop.image_transform
     )
     parts = np.array([0, *accumulate(sum(len(piece.spans) for piece in pieces) for pieces in lines + loops)])
     ends_there = np.array([[end in places for end in both] for both in ends], dtype=np.bool_).reshape(-1, 2)

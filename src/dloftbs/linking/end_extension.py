@@ -205,13 +205,7 @@ def _attach(points: FloatArray, radius: float, spans: list[Span], at_start: bool
 
 
 def _lead_to(
-    place: FloatArray,
-    graph: Graph,
-    branches: Branches,
-    end: int,
-    spans: list[Span],
-    at_start: bool,
-    buffer: Points,
+    place: FloatArray, graph: Graph, branches: Branches, end: int, spans: list[Span], at_start: bool, buffer: Points
 ) -> None:
     """Lead a cable from where it is clear of a junction, and short of the branch point there, straight to that."""
     k = 0 if at_start else -1

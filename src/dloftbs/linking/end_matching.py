@@ -160,11 +160,7 @@ def match_ends(
 
 
 def list_joints(
-    graph: Graph,
-    ends: Ends,
-    max_gap_widths: float,
-    evidence: EndEvidence | None,
-    more: float,
+    graph: Graph, ends: Ends, max_gap_widths: float, evidence: EndEvidence | None, more: float
 ) -> tuple[_Ints, _Ints, _Floats, _Floats]:
     """List the pairs of ends that may be joined, with what is measured of them and of each end that stays open.
 

@@ -50,10 +50,7 @@ _Series = list[tuple[int, int]]
 
 
 def separate_parallel_runs(
-    graph: Graph,
-    matching: EndMatching,
-    prior: TemporalPrior | None = None,
-    steps: EvidenceSteps | None = None,
+    graph: Graph, matching: EndMatching, prior: TemporalPrior | None = None, steps: EvidenceSteps | None = None
 ) -> None:
     """Give each cable of shared branches its own offset axis, and join it with the cable that continues it.
 

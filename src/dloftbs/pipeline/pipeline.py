@@ -210,13 +210,7 @@ class Pipeline:
         inside, outline = (None, None) if region is None else (region.inside, region.outline)
         seen = None if run.has_failed else run.mask
         occlusion = OcclusionEvidence.of(frame, seen, self._config.lifting, inside)
-        tracks = self._tracker.update(
-            run.detections,
-            frame.stamp,
-            frame.size,
-            occlusion=occlusion,
-            outline=outline,
-        )
+        tracks = self._tracker.update(run.detections, frame.stamp, frame.size, occlusion=occlusion, outline=outline)
         if self._gate is not None and not run.has_failed:
             shows_tracks = any(track.state is TrackState.CONFIRMED for track in tracks)
             assert isinstance(self._tracker, Tracker)
@@ -374,11 +368,7 @@ def _checked_unit(run: StageRun, frame: Frame) -> tuple[bool, str | None]:
 
 
 def _result(
-    frame: Frame,
-    run: StageRun,
-    tracks: tuple[Track, ...],
-    unit_doubt: str | None = None,
-    kept: Frame | None = None,
+    frame: Frame, run: StageRun, tracks: tuple[Track, ...], unit_doubt: str | None = None, kept: Frame | None = None
 ) -> FrameResult:
     branch_points, harnesses = find_harnesses(run.detections) if run.is_branched else ((), ())
     return unchecked(

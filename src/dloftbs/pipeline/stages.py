@@ -247,13 +247,7 @@ def _read(mask: AnyArray, limit: int, share: float, task: _Task) -> _Reading:
     clock.lap("linking")
     reason = None if lines else linked.reason or why_too_short(config.linking)
     run = replace(
-        run,
-        crop=crop,
-        skeleton=skeleton,
-        walks=linked.walks,
-        graph=linked.graph,
-        dropped=dropped,
-        reason=reason,
+        run, crop=crop, skeleton=skeleton, walks=linked.walks, graph=linked.graph, dropped=dropped, reason=reason
     )
     return _Reading(run, lines, is_more or (may_show_more and not lines))
 

@@ -167,11 +167,7 @@ class RobotModel:
         return replace(frame, occluders=covered, grippers=grippers)
 
     def occluders(
-        self,
-        joints: Mapping[str, float],
-        camera: CameraLike,
-        size: tuple[int, int],
-        pose: PoseLike | None = None,
+        self, joints: Mapping[str, float], camera: CameraLike, size: tuple[int, int], pose: PoseLike | None = None
     ) -> Mask:
         """Return the pixels that the robot covers.
 

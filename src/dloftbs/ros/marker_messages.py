@@ -104,9 +104,7 @@ class MarkerWriter:
             type=_SPHERE,
             action=_ADD,
             pose=make(
-                "geometry_msgs/msg/Pose",
-                position=make("geometry_msgs/msg/Point", x=x, y=y, z=z),
-                orientation=upright,
+                "geometry_msgs/msg/Pose", position=make("geometry_msgs/msg/Point", x=x, y=y, z=z), orientation=upright
             ),
             scale=make("geometry_msgs/msg/Vector3", x=width_m, y=width_m, z=width_m),
             color=make("std_msgs/msg/ColorRGBA", r=1.0, g=1.0, b=1.0, a=1.0),

@@ -98,9 +98,7 @@ def axes_beneath(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> dic
 
 
 def cables_beneath(
-    image: npt.NDArray[np.uint8],
-    strokes: Sequence[Stroke],
-    axes: Mapping[Stroke, CableAxis | None] | None = None,
+    image: npt.NDArray[np.uint8], strokes: Sequence[Stroke], axes: Mapping[Stroke, CableAxis | None] | None = None
 ) -> CablesBeneath:
     """Find the cables that strokes were drawn along.
 

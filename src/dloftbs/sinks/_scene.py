@@ -40,11 +40,7 @@ class SceneSink(PathSink):
     _what: str
 
     def __init__(
-        self,
-        path: str | Path,
-        *,
-        radius_m: float | None = None,
-        pose: npt.ArrayLike | Mapping[str, Any] | None = None,
+        self, path: str | Path, *, radius_m: float | None = None, pose: npt.ArrayLike | Mapping[str, Any] | None = None
     ) -> None:
         super().__init__(path)
         if self._path.suffix.lower() != self._suffix:

@@ -122,16 +122,5 @@ def build_graph(
         ends = crop.to_image(points[np.column_stack((offsets[:-1], offsets[1:] - 1)).ravel()])
         bordering |= (merged == FREE) & (distances_to(crop.outline, ends)[: len(merged)] <= reach)
     return Graph(
-        points,
-        pixels,
-        radius,
-        offsets,
-        merged,
-        spans,
-        states,
-        roundness,
-        spurs,
-        bordering,
-        corners,
-        width,
+        points, pixels, radius, offsets, merged, spans, states, roundness, spurs, bordering, corners, width
     ), branch_count

@@ -279,11 +279,7 @@ def _cameras(
 
 
 def _pair(
-    source: Source,
-    paired: dict[What, str],
-    mask_is: str,
-    registration: DepthRegistration | None,
-    depth_unit_m: float,
+    source: Source, paired: dict[What, str], mask_is: str, registration: DepthRegistration | None, depth_unit_m: float
 ) -> Source:
     if isinstance(source, ObjectFileSource):  # it has read its own
         paired = {what: text for what, text in paired.items() if what != "instances"}

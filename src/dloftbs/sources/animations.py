@@ -94,13 +94,7 @@ class AnimationSource(ReadSource):
                 logger.warning("%s: %s", self.name, LEFT_OUT)
             stamp, name = self._stamps[index], f"{self._label}#{index}"
             yield Frame(
-                image=image,
-                mask=mask,
-                camera=self._camera,
-                index=index,
-                stamp=stamp,
-                name=name,
-                mask_is=self._mask_is,
+                image=image, mask=mask, camera=self._camera, index=index, stamp=stamp, name=name, mask_is=self._mask_is
             )
             if self._closed:
                 return

@@ -84,10 +84,7 @@ class ViewCurve(NamedTuple):
 
 
 def curves_of_views(
-    results: Sequence[FrameResult],
-    masks: Sequence[AnyArray],
-    cameras: Sequence[PinholeCamera],
-    steps: Sequence[Steps],
+    results: Sequence[FrameResult], masks: Sequence[AnyArray], cameras: Sequence[PinholeCamera], steps: Sequence[Steps]
 ) -> list[list[ViewCurve]]:
     """Return the curves of each view, all with the same distance between their nodes as rays.
 
@@ -114,11 +111,7 @@ def curves_of_views(
 
 
 def _curves_of(
-    detections: Sequence[Detection],
-    mask: AnyArray,
-    camera: PinholeCamera,
-    lengths: Sequence[float],
-    steps: Steps,
+    detections: Sequence[Detection], mask: AnyArray, camera: PinholeCamera, lengths: Sequence[float], steps: Steps
 ) -> list[ViewCurve]:
     """Return the curves of a view, whose lengths are given in steps from node to node."""
     if not detections:

@@ -101,10 +101,7 @@ class Diagram:
 
     @classmethod
     def from_result(
-        cls,
-        result: FrameResult,
-        objects: Sequence[int | Track] | None = None,
-        min_confidence: float = MIN_CONFIDENCE,
+        cls, result: FrameResult, objects: Sequence[int | Track] | None = None, min_confidence: float = MIN_CONFIDENCE
     ) -> Diagram:
         """Read the diagram of a frame's objects.
 

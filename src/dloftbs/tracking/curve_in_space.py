@@ -22,11 +22,7 @@ from dloftbs.tracking.reconstruction import CURVE_SAMPLES, EVEN_U, VisiblePart, 
 
 
 def reconstruct_in_space(
-    before: BSplineCurve | None,
-    scope: tuple[float, float],
-    metres: float,
-    matches: Sequence[PartialMatch],
-    view: View,
+    before: BSplineCurve | None, scope: tuple[float, float], metres: float, matches: Sequence[PartialMatch], view: View
 ) -> tuple[BSplineCurve | None, list[VisiblePart]]:
     """Return the whole curve in space, so many metres long, and its visible parts there.
 

@@ -108,11 +108,7 @@ class View:
         return self._looked[key][1]
 
     def look_beyond(
-        self,
-        points: FloatArray,
-        width: float,
-        curve_3d: BSplineCurve | None,
-        span: tuple[float, float] = WHOLE,
+        self, points: FloatArray, width: float, curve_3d: BSplineCurve | None, span: tuple[float, float] = WHOLE
     ) -> tuple[EndView, EndView]:
         """Return the same of points (n, 2), those of a span of a curve in the image that is `curve_3d` in space."""
         first, last = self.are_at_border(points, width)

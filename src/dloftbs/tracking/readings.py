@@ -17,13 +17,7 @@ from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.pairs import mean_distances
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
-from dloftbs.tracking.reading_features import (
-    Reading,
-    length_surprise,
-    measure_reading,
-    measure_unseen,
-    median_width,
-)
+from dloftbs.tracking.reading_features import Reading, length_surprise, measure_reading, measure_unseen, median_width
 from dloftbs.tracking.reading_weights import WEIGHTS
 from dloftbs.tracking.track_model import TrackModel
 
@@ -100,11 +94,7 @@ def _runs_backwards(one: Observation, shown: TrackObservation) -> bool | None:
 
 
 def rank_readings(
-    models: Sequence[TrackModel],
-    observations: Sequence[Observation],
-    of_tracks: Reading,
-    view: View,
-    gate: float,
+    models: Sequence[TrackModel], observations: Sequence[Observation], of_tracks: Reading, view: View, gate: float
 ) -> list[tuple[float, Reading]]:
     """Return the likeliest reading, and those that differ from it in one group of tracks and observations.
 

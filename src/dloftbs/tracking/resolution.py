@@ -12,13 +12,7 @@ from dloftbs.data.curve_samples import U
 from dloftbs.tracking.alignment import find_whole_view
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
-from dloftbs.tracking.partial_match import (
-    SAME_U,
-    PartialMatch,
-    TrackObservation,
-    are_consecutive,
-    hidden_spans,
-)
+from dloftbs.tracking.partial_match import SAME_U, PartialMatch, TrackObservation, are_consecutive, hidden_spans
 from dloftbs.tracking.reading_features import Reading
 from dloftbs.tracking.track_model import TrackModel
 

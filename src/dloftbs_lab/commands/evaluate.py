@@ -49,10 +49,7 @@ _NO_TRACKING = "no tracking tables: so few frames say nothing of tracking, run w
     help="Folder of the results.",
 )
 @click.option(
-    "--paper",
-    "is_paper",
-    is_flag=True,
-    help="Print tables I to IV of the paper, with the rows of these methods below.",
+    "--paper", "is_paper", is_flag=True, help="Print tables I to IV of the paper, with the rows of these methods below."
 )
 @click.option("--quick", is_flag=True, help="Score a tenth of the scenes, at 640x360, without tables of tracking.")
 @click.option(

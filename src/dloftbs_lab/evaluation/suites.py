@@ -125,12 +125,7 @@ _GENERATED: dict[str, _Recipe] = {
         scenes=20,
         frames=7,
     ),
-    "rgbd": _Recipe(
-        "a cable in hands, depth as a sensor gives it",
-        synthetic.rgbd_manipulation,
-        scenes=8,
-        frames=32,
-    ),
+    "rgbd": _Recipe("a cable in hands, depth as a sensor gives it", synthetic.rgbd_manipulation, scenes=8, frames=32),
     "several-cables": _Recipe(
         "single images of 2 to 8 cables, masks as a network leaves them", synthetic.several_cables
     ),

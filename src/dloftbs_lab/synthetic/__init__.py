@@ -30,12 +30,7 @@ from dloftbs_lab.synthetic.simulated import SIMULATED_KINDS, SimulatedSequence, 
 from dloftbs_lab.synthetic.simulation import REMEDY as SIMULATION_REMEDY
 from dloftbs_lab.synthetic.simulation import available as simulation_available
 from dloftbs_lab.synthetic.strand import random_curve
-from dloftbs_lab.synthetic.tracking_sequences import (
-    TRACKING_FAMILIES,
-    TrackingSequence,
-    known_occluders,
-    tracking,
-)
+from dloftbs_lab.synthetic.tracking_sequences import TRACKING_FAMILIES, TrackingSequence, known_occluders, tracking
 from dloftbs_lab.synthetic.tube import draw_tube_mask
 from dloftbs_lab.synthetic.two_cameras import TWO_CAMERA_VARIANTS, TwoCameraSequence, TwoViewFrame, two_cameras
 

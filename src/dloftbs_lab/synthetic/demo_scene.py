@@ -59,10 +59,7 @@ class Scene:
         height, width = self.size
         k = self.scale
         first = fit_motion(
-            self._mirrored(looping(self.rng(1))),
-            self._box(0.12, 0.09, 0.88, 0.80),
-            1300.0 * k,
-            self.width_px,
+            self._mirrored(looping(self.rng(1))), self._box(0.12, 0.09, 0.88, 0.80), 1300.0 * k, self.width_px
         )
         if self.cables == 1:
             return (first,)

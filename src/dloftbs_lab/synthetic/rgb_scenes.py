@@ -87,11 +87,7 @@ SCENARIOS = {
     "thick": Scenario(led, width_px=26.0),
     "thin, occluded": Scenario(led, width_px=5.0, reaches=(Reach(0.42, 0.16, -1.5),)),
     "partly out of the image, occluded": Scenario(
-        led,
-        length_px=1050.0,
-        box=(-0.45, 0.0, 0.95, 1.45),
-        travel=(0.28, 0.42),
-        reaches=(Reach(0.6, 0.08, -1.2),),
+        led, length_px=1050.0, box=(-0.45, 0.0, 0.95, 1.45), travel=(0.28, 0.42), reaches=(Reach(0.6, 0.08, -1.2),)
     ),
     "occluded by an arm": Scenario(led, reaches=(Reach(0.5, 0.22, -1.4),)),
     "several occlusions": Scenario(

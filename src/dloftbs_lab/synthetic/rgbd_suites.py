@@ -85,12 +85,7 @@ def rgbd_manipulation(
 
 
 def _sequences(
-    makers: Sequence[MakeScene],
-    scale: float,
-    seed: int,
-    size: tuple[int, int],
-    noise: DepthNoise,
-    with_image: bool,
+    makers: Sequence[MakeScene], scale: float, seed: int, size: tuple[int, int], noise: DepthNoise, with_image: bool
 ) -> list[RgbdSequence]:
     if not 0.0 < scale <= 100.0 or seed < 0:
         raise InputError(f"expected 0 < scale <= 100 and seed >= 0, got {scale} and {seed}")

@@ -8,12 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from dloftbs.evidence.kernels.gap_pixels import (
-    describe_pixels,
-    lay_ways,
-    list_uncovered,
-    mark_probable,
-)
+from dloftbs.evidence.kernels.gap_pixels import describe_pixels, lay_ways, list_uncovered, mark_probable
 
 seeds = st.integers(0, 2**31)
 

@@ -204,15 +204,7 @@ def test_a_loop_unties_at_any_scale_but_shaking_keeps_its_speed():
 
 
 @pytest.mark.parametrize("make", [rgbd_artificial, rgbd_manipulation])
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"scale": 0.0},
-        {"scale": float("nan")},
-        {"seed": -1},
-        {"size": (10, 100)},
-    ],
-)
+@pytest.mark.parametrize("wrong", [{"scale": 0.0}, {"scale": float("nan")}, {"seed": -1}, {"size": (10, 100)}])
 def test_values_out_of_range_are_refused(make, wrong):
     with pytest.raises(InputError, match=r"expected|must be"):
         make(**wrong)

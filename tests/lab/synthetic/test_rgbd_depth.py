@@ -9,14 +9,7 @@ import numpy as np
 import pytest
 
 from dloftbs.errors import InputError
-from dloftbs_lab.synthetic import (
-    TYPICAL_NOISE,
-    DepthNoise,
-    RgbdSequence,
-    depth_sigma,
-    rgbd_manipulation,
-    rgbd_noisy,
-)
+from dloftbs_lab.synthetic import TYPICAL_NOISE, DepthNoise, RgbdSequence, depth_sigma, rgbd_manipulation, rgbd_noisy
 from dloftbs_lab.synthetic.hand import Hand
 from dloftbs_lab.synthetic.signals import keyed, steady
 from dloftbs_lab.synthetic.space_axis import SpaceMotion, Wave

@@ -9,13 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.linking.kernels.branch_overlap import (
-    MAX_RUNS,
-    _overlap_cost,
-    changed_junctions,
-    choose_paths,
-    list_paths,
-)
+from dloftbs.linking.kernels.branch_overlap import MAX_RUNS, _overlap_cost, changed_junctions, choose_paths, list_paths
 from dloftbs.linking.kernels.end_matching import least_costs
 from dloftbs.linking.kernels.joint_features import OPEN_JUNCTION
 from dloftbs.linking.kernels.pair_costs import junction_costs

@@ -27,13 +27,7 @@ if TYPE_CHECKING:
 @limit_option
 @click.option("--topic", metavar="NAME", help="Topic of the images in a ROS recording; needed if there are several.")
 @click.pass_context
-def background(
-    context: click.Context,
-    where: tuple[str, ...],
-    out: Path,
-    limit: int | None,
-    topic: str | None,
-) -> None:
+def background(context: click.Context, where: tuple[str, ...], out: Path, limit: int | None, topic: str | None) -> None:
     """Make a picture of the place without cables, for --background of `detect` and `track`.
 
     INPUT is any input of `dloftbs track` from a camera that stands still. The picture is the median of up to 50

@@ -14,13 +14,7 @@ from dloftbs.cli.config_options import config_options
 from dloftbs.cli.help_sections import SectionedCommand
 from dloftbs.cli.input_options import InputOptions, every_option, fps_option, input_options, limit_option
 from dloftbs.cli.limits import FilledPath
-from dloftbs.cli.output_options import (
-    STANDARD_OUTPUT,
-    check_pictures,
-    out_option,
-    stages_option,
-    with_input_option,
-)
+from dloftbs.cli.output_options import STANDARD_OUTPUT, check_pictures, out_option, stages_option, with_input_option
 from dloftbs.cli.page import PageOptions, page_options, require_page
 
 if TYPE_CHECKING:

@@ -23,13 +23,7 @@ if TYPE_CHECKING:
 @input_options
 @config_options
 @page_options
-def view(
-    where: tuple[str, ...],
-    every: int,
-    inputs: InputOptions,
-    config: Config,
-    page: PageOptions,
-) -> None:
+def view(where: tuple[str, ...], every: int, inputs: InputOptions, config: Config, page: PageOptions) -> None:
     """Serve a page with the curves over the video, as they are tracked.
 
     INPUT is what `dloftbs track` takes. A recording waits until the page is open, and plays at its own pace. A

@@ -155,12 +155,7 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
 
 
 def _on_top(
-    lines: _Lines,
-    pairs: npt.NDArray[np.int64],
-    at: FloatArray,
-    centres: FloatArray,
-    frame: Frame,
-    config: DepthConfig,
+    lines: _Lines, pairs: npt.NDArray[np.int64], at: FloatArray, centres: FloatArray, frame: Frame, config: DepthConfig
 ) -> FloatArray:
     """Return for each crossing the log-odds, nats, that its first pass is on top; 0 is unknown."""
     odds = np.zeros(len(pairs))

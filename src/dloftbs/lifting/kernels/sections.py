@@ -47,14 +47,7 @@ def _level_radius(u: _Floats, radius: _Floats, at: _Floats, block: int) -> _Floa
 
 @kernel(read(float64, 1), read(float64, 2), read(float64, 1), read(float64, 1), boolean, float64, int64, int64)
 def lay_sections(
-    knots: _Floats,
-    control: _Floats,
-    u: _Floats,
-    radius: _Floats,
-    closed: bool,
-    step: float,
-    least: int,
-    block: int,
+    knots: _Floats, control: _Floats, u: _Floats, radius: _Floats, closed: bool, step: float, least: int, block: int
 ) -> tuple[_Floats, _Floats, _Floats, _Floats, float]:
     """Lay sections across a cubic B-spline in the image, at evenly spaced parameters.
 

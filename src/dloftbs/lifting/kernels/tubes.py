@@ -44,11 +44,7 @@ def _cross(a: _Floats, b: _Floats, result: _Floats) -> float:
 
 @kernel(read(float64, 3), read(float64, 1), float64, read(boolean, 1), boolean)
 def surface_to_axis(
-    bundles: _Floats,
-    inverse: _Floats,
-    shift: float,
-    seen: npt.NDArray[np.bool_],
-    closed: bool,
+    bundles: _Floats, inverse: _Floats, shift: float, seen: npt.NDArray[np.bool_], closed: bool
 ) -> tuple[_Floats, _Floats, float]:
     """Move the middle line of a round object's surface to its axis: away from the camera, along each ray.
 

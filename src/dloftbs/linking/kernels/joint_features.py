@@ -14,16 +14,7 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import CURVATURE, HAS_CURVATURE, TANGENT_X, TANGENT_Y, X, Y
 from dloftbs.linking.kernels.weights import JOINT
 
-(
-    LINK_TURN,
-    LINK_SWERVE,
-    GAP_ENERGY,
-    GAP_LENGTH,
-    GAP_ROUND,
-    DEPTH_SWERVE,
-    OTHER_COLOUR,
-    GAP_SEEN,
-) = range(8)
+(LINK_TURN, LINK_SWERVE, GAP_ENERGY, GAP_LENGTH, GAP_ROUND, DEPTH_SWERVE, OTHER_COLOUR, GAP_SEEN) = range(8)
 """Columns of a joint: the turn and the swerve of a link through a junction, rad^2; the bend of a gap over its length,
 rad^2 a width; its length, widths; the roundness of its ends, if it is no break of the mask; how unlike a cable's its
 swerve towards the camera or away from it is, as depth shows it, nats; 1 if the cables before both ends differ clearly

@@ -188,9 +188,7 @@ def _find_decided(
 
 @helper
 def _describe_open(
-    nodes: npt.NDArray[np.int64],
-    degree: npt.NDArray[np.int64],
-    spur: npt.NDArray[np.bool_],
+    nodes: npt.NDArray[np.int64], degree: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.float64]:
     """Return the columns of each end that stays open, by how many ends that are no spurs its junction has."""
     ends = np.zeros((len(nodes), len(OPEN)))

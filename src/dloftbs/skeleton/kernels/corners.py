@@ -7,14 +7,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
-from dloftbs.kernels.shared.graph_ends import (
-    FREE,
-    TANGENT_X,
-    TANGENT_Y,
-    branch_of,
-    is_start,
-    other_end,
-)
+from dloftbs.kernels.shared.graph_ends import FREE, TANGENT_X, TANGENT_Y, branch_of, is_start, other_end
 
 _ALONG = 0.85
 """Cosine of the largest angle of a mitre with the middle between its two branches.

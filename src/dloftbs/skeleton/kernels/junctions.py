@@ -415,11 +415,7 @@ def drop_specks(
 
 @inlined
 def _is_inner(
-    branch: int,
-    nodes: npt.NDArray[np.int64],
-    clear: npt.NDArray[np.int64],
-    alive: npt.NDArray[np.bool_],
-    least: float,
+    branch: int, nodes: npt.NDArray[np.int64], clear: npt.NDArray[np.int64], alive: npt.NDArray[np.bool_], least: float
 ) -> bool:
     """Return whether a branch between two junctions is too short to have a direction of its own."""
     return alive[branch] and nodes[start_of(branch)] >= 0 and nodes[stop_of(branch)] >= 0 and clear[branch] < least

@@ -8,14 +8,7 @@ from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
-from dloftbs.kernels.shared.graph_ends import (
-    FREE,
-    branch_of,
-    inward,
-    is_start,
-    start_of,
-    stop_of,
-)
+from dloftbs.kernels.shared.graph_ends import FREE, branch_of, inward, is_start, start_of, stop_of
 
 _CHORD_WIDTHS = 1.5
 """Length of the chords before and behind a point that show its turn, widths.

@@ -43,12 +43,7 @@ def basis_and_slopes(knots: _Floats, span: int, t: float) -> tuple[Four, Four]:
     share = second / (e - c)
     quadratic_1, quadratic_2 = carry + (e - t) * share, (t - c) * share
     left, middle, right = quadratic_0 / (d - a), quadratic_1 / (e - b), quadratic_2 / (f - c)
-    values = (
-        (d - t) * left,
-        (t - a) * left + (e - t) * middle,
-        (t - b) * middle + (f - t) * right,
-        (t - c) * right,
-    )
+    values = ((d - t) * left, (t - a) * left + (e - t) * middle, (t - b) * middle + (f - t) * right, (t - c) * right)
     return values, (-3.0 * left, 3.0 * (left - middle), 3.0 * (middle - right), 3.0 * right)
 
 

@@ -12,14 +12,7 @@ from dloftbs.kernels.compiler import kernel, read, write
 
 
 @kernel(
-    read(float64, 2),
-    read(float64, 1),
-    float64,
-    float64,
-    float64,
-    float64,
-    write(float32, 2, "C"),
-    write(int32, 2, "C"),
+    read(float64, 2), read(float64, 1), float64, float64, float64, float64, write(float32, 2, "C"), write(int32, 2, "C")
 )
 def splat_spheres(
     centers: npt.NDArray[np.float64],
