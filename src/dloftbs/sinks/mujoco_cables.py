@@ -55,18 +55,13 @@ class MujocoSink(SceneSink):
     ----------
     path : str or Path
         Ends in ``.xml``; missing folders are made, an older file is replaced.
-    radius_m : float, optional
-        Of all cables; where it is left out, what each object's width and distance give.
-    pose : array_like, shape (4, 4), or mapping, optional
-        Pose of the camera in the world, as `dloftbs.camera.as_pose` takes it.
+    radius_m, pose
+        As `UsdSink` has them.
 
     Raises
     ------
-    InputError
-        If the suffix is another or an argument is wrong; in `write`, if neither a radius nor the frame's camera is
-        given.
-    SinkError
-        If the file cannot be written; in `close`, if there were frames, and no object had a curve in space.
+    InputError, SinkError
+        As `UsdSink`.
     """
 
     _suffix, _what = SUFFIX, "a MuJoCo model"

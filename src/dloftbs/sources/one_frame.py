@@ -90,10 +90,8 @@ def read_instances(where: str | os.PathLike[str], picture: object, size: Size | 
 
     Raises
     ------
-    InputError
-        If there is a naming rule, and the picture has no path.
-    SourceError
-        If the file cannot be read, or holds something else.
+    InputError, SourceError
+        As `read_beside`.
     """
     path = Path(os.path.expanduser(os.fsdecode(picture))) if isinstance(picture, (str, os.PathLike)) else None
     (read,) = object_reads(os.fsdecode(where), None if path is None else [path])

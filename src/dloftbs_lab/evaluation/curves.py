@@ -76,11 +76,8 @@ def point_error(found: CurveLike, true: CurveLike, *, directed: bool = True, sam
 
     Parameters
     ----------
-    found, true : BSplineCurve or array_like, shape (n, d)
-    directed : bool
-        Whether the direction counts; else the better one of both.
-    samples : int
-        Points along each curve, at equal distances.
+    found, true, directed, samples
+        As `curve_l3` has them.
 
     Raises
     ------

@@ -120,10 +120,8 @@ def l3_undirected(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
 
     Parameters
     ----------
-    c : array_like, shape (n, d)
-        The found curve, at least two points in order.
-    r : array_like, shape (m, d)
-        The reference, at least two points in order.
+    c, r
+        As `l3` has them.
 
     Raises
     ------

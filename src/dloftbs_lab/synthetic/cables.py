@@ -25,10 +25,8 @@ class _ImagesOfCables(MaskSequence):
         From 2 to 20.
     frames : int
         Number of images.
-    size : (int, int)
-        ``(H, W)`` px.
-    seed : int
-        Another seed gives other images.
+    size, seed
+        As `GeneratedSequence` has them; another seed gives other images.
     width_px : float, optional
         Width of the cables; 12 in an image of 1280 x 720 and in proportion in others, where it is left out.
 

@@ -22,11 +22,8 @@ class DemoSequence(GeneratedSequence):
 
     Parameters
     ----------
-    frames : int
-    size : (int, int)
-        ``(H, W)`` px.
-    seed : int
-        Not negative; another seed gives another bench and another motion.
+    frames, size, seed
+        As `GeneratedSequence` has them; another seed gives another bench and another motion.
     cables : int
         1, or 2: the second, of another colour, is pushed across the first for a part of the sequence.
     width_px : float

@@ -81,11 +81,8 @@ class HarnessSequence(GeneratedSequence):
         Number of branches that leave the trunk, from 1 to 6.
     view : str
         One of `HARNESS_VIEWS`.
-    frames : int
-    size : (int, int)
-        ``(H, W)`` px.
-    seed : int
-        Another seed gives another harness.
+    frames, size, seed
+        As `GeneratedSequence` has them; another seed gives another harness.
     width_px : float, optional
         Width of the branches; 12 in an image of 1280 x 720 and in proportion in others, where it is left out. The trunk
         is as wide, or up to a half wider.

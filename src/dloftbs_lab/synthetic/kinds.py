@@ -84,10 +84,8 @@ class KindSequence(MaskSequence):
     frames : int
         The whole motion takes 4 s: with fewer than 120 frames the steps are larger. Rapid moves keep their speed, and
         of them a part is seen.
-    size : (int, int)
-        ``(H, W)`` px.
-    seed : int
-        Another seed gives another motion.
+    size, seed
+        As `GeneratedSequence` has them; another seed gives another motion.
     width_px : float, optional
         Width of the cables; 12 in an image of 1280 x 720 and in proportion in others, where it is left out.
 

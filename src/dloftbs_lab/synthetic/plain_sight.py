@@ -59,10 +59,8 @@ class PlainSightSequence(NumberedSequence):
         Number within the kind: another one shows other motions.
     frames : int
         The motion is that of 80 frames: with fewer the steps are larger.
-    size : (int, int)
-        ``(H, W)`` px.
-    seed : int
-        Another seed gives other motions.
+    size, seed
+        As `GeneratedSequence` has them; another seed gives other motions.
     width_px : float, optional
         Width of the cables in the plane from which they start; drawn from 6 to 16 in an image of 1280 x 720 and in
         proportion in others, where it is left out.

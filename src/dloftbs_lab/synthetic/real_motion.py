@@ -117,10 +117,8 @@ class RealMotionSequence(NumberedSequence):
         Number within the variant: another one shows other recordings from elsewhere.
     frames : int, optional
         At most as many as the recordings last, and that where it is left out.
-    size : (int, int)
-        ``(H, W)`` px.
-    seed : int
-        Another seed gives other scenes.
+    size, seed
+        As `GeneratedSequence` has them; another seed gives other scenes.
 
     Attributes
     ----------

@@ -37,10 +37,8 @@ class RgbSequence(GeneratedSequence):
         One of `RGB_SCENARIOS`; the sequence is named by its number and the scenario.
     frames : int
         With fewer frames the same motion is seen in larger steps.
-    size : (int, int)
-        ``(H, W)`` px.
-    seed : int
-        Another seed gives another bench and another motion.
+    size, seed
+        As `GeneratedSequence` has them; another seed gives another bench and another motion.
     width_px : float, optional
         Width of the cable; where it is left out, the scenario's, in proportion to the size.
 

@@ -44,10 +44,8 @@ class SimulatedSequence(NumberedSequence):
         Number within the kind.
     frames : int
         Number of frames that the experiment takes, at 30 a second.
-    size : (int, int)
-        ``(H, W)`` px.
-    seed : int
-        Another seed gives another cable and another camera.
+    size, seed
+        As `GeneratedSequence` has them; another seed gives another cable and another camera.
 
     Attributes
     ----------

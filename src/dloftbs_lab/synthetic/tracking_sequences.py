@@ -74,10 +74,8 @@ class TrackingSequence(NumberedSequence, MaskSequence):
         Number within the family: another one shows other motions.
     frames : int
         Number of frames in the 2 s that the motion takes: with fewer than 60 the steps are larger.
-    size : (int, int)
-        ``(H, W)`` px.
-    seed : int
-        Another seed gives other motions.
+    size, seed
+        As `GeneratedSequence` has them; another seed gives other motions.
     width_px : float, optional
         Width of the cables; 12 in an image of 1280 x 720 and in proportion in others, where it is left out.
     evidence : collection of {"occluders", "depth", "image"}

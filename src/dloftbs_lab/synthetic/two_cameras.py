@@ -93,10 +93,8 @@ class TwoCameraSequence(NumberedSequence):
         One of `TWO_CAMERA_VARIANTS`.
     number : int
         Another one shows other cables, and rigs that are wrong in another way.
-    frames : int
-    size : (int, int)
-        ``(H, W)`` px.
-    seed : int
+    frames, size, seed
+        As `GeneratedSequence` has them.
 
     Attributes
     ----------

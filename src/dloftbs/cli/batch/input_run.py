@@ -56,10 +56,8 @@ def run_input(
     ----------
     item : BatchInput
     settings : BatchSettings
-    shown : callable
-        Takes the report after each frame.
-    stop : callable
-        Asked after each frame whether to end.
+    shown, stop
+        As `FollowedStream.follow` has them.
 
     Returns
     -------
