@@ -9,12 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 
 from dloftbs.data.curve_like import CurveLike
-from dloftbs.support.arrays import AnyArray, FloatArray
+from dloftbs.support.arrays import AnyArray, BoolArray, FloatArray
 
 _PIECES = 256
 """Number of pieces of a curve at first.
@@ -90,7 +89,7 @@ class _Pieces(NamedTuple):
         off = 0.25 * self.width
         return _Pieces(self.curve, np.stack((self.u - off, self.u + off), axis=1).ravel(), 0.5 * self.width)
 
-    def part(self, kept: npt.NDArray[np.bool_]) -> _Pieces:
+    def part(self, kept: BoolArray) -> _Pieces:
         """Return some of the pieces."""
         return self._replace(u=self.u[kept])
 
@@ -144,13 +143,11 @@ def nearest_pixel(curve: CurveLike, mask: AnyArray) -> tuple[float, tuple[float,
     return u, (x, y), distance
 
 
-def _nearest_ones(
-    points: FloatArray, others: FloatArray, reach: float
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+def _nearest_ones(points: FloatArray, others: FloatArray, reach: float) -> tuple[BoolArray, BoolArray]:
     """Return which of two sets of points may have a nearest place at most `reach` nearer than they are themselves."""
     distances, _ = cKDTree(others).query(points)
     limit = float(distances.min()) + reach
-    near: npt.NDArray[np.bool_] = distances <= limit
+    near: BoolArray = distances <= limit
     back, _ = cKDTree(points[near]).query(others)
     return near, back <= limit
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import PPoly
 
 from dloftbs.data.curve_like import CurveLike
 from dloftbs.data.spans import Spans
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 
 
 def spans_inside(curve: CurveLike, corners: FloatArray) -> Spans:
@@ -32,12 +31,12 @@ def spans_inside(curve: CurveLike, corners: FloatArray) -> Spans:
     return tuple((low, high) for low, high in u.tolist() if high > low)
 
 
-def _holds(corners: FloatArray, points: FloatArray) -> npt.NDArray[np.bool_]:
+def _holds(corners: FloatArray, points: FloatArray) -> BoolArray:
     """Return which points (n, 2) lie inside of a polygon: a ray from them crosses an odd number of its sides."""
     (x0, y0), (x1, y1) = corners.T, np.roll(corners, -1, axis=0).T
     x, y = points[:, :1], points[:, 1:]
     spans = (y0 > y) != (y1 > y)
     rise = np.where(y1 == y0, 1.0, y1 - y0)
     right = x < x0 + (y - y0) / rise * (x1 - x0)
-    inside: npt.NDArray[np.bool_] = (spans & right).sum(axis=1) % 2 == 1
+    inside: BoolArray = (spans & right).sum(axis=1) % 2 == 1
     return inside

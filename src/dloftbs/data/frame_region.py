@@ -7,13 +7,12 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import Roi
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
-from dloftbs.support.arrays import AnyArray, FloatArray
+from dloftbs.support.arrays import AnyArray, ByteArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +75,7 @@ class Region:
         return None if isinstance(self.roi[0], int) else np.array(self.roi, np.float64) - self.origin
 
     @cached_property
-    def inside(self) -> npt.NDArray[np.uint8] | None:
+    def inside(self) -> ByteArray | None:
         """1 for the pixels of a polygon, its edges included, shape (h, w); None of a rectangle."""
         if self.outline is None:
             return None

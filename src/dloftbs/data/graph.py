@@ -10,7 +10,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.kernels.shared.graph_ends import (
     FREE,
@@ -25,7 +24,7 @@ from dloftbs.kernels.shared.graph_ends import (
     start_of,
     stop_of,
 )
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = [
     "FREE",
@@ -49,11 +48,8 @@ __all__ = [
 POSITION, TANGENT, RAY = slice(0, 2), slice(2, 4), slice(0, 4)
 """Columns of end states: x and y; the outward unit tangent; both."""
 
-_Ints = npt.NDArray[np.int64]
-_Bools = npt.NDArray[np.bool_]
 
-
-def ends_of(branches: _Ints) -> _Ints:
+def ends_of(branches: IntArray) -> IntArray:
     """Return both ends of each branch, branch after branch."""
     ends = np.empty((len(branches), 2), dtype=np.int64)
     ends[:, 0], ends[:, 1] = start_of(branches), stop_of(branches)
@@ -94,14 +90,14 @@ class Graph(NamedTuple):
     points: FloatArray
     pixels: FloatArray
     radius: FloatArray
-    offsets: _Ints
-    nodes: _Ints
-    spans: _Ints
+    offsets: IntArray
+    nodes: IntArray
+    spans: IntArray
     end_states: FloatArray
     end_roundness: FloatArray
-    spurs: _Bools
-    bordering: _Bools
-    corners: _Ints
+    spurs: BoolArray
+    bordering: BoolArray
+    corners: IntArray
     width: float
 
     @property

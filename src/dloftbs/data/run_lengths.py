@@ -16,10 +16,8 @@ import numpy.typing as npt
 
 from dloftbs.errors import InputError
 from dloftbs.support.array_likes import as_array
-from dloftbs.support.arrays import check_mask
+from dloftbs.support.arrays import BoolArray, IntArray, check_mask
 from dloftbs.support.values import check_size, shown
-
-_Counts = npt.NDArray[np.int64]
 
 _BITS = 5
 """Bits of a group. Source: the format."""
@@ -58,7 +56,7 @@ def encode(mask: npt.ArrayLike) -> dict[str, Any]:
     return {"size": list(pixels.shape), "counts": _compressed(counts)}
 
 
-def decode(rle: Mapping[str, Any]) -> npt.NDArray[np.bool_]:
+def decode(rle: Mapping[str, Any]) -> BoolArray:
     """Return the mask (H, W) that run lengths stand for.
 
     It takes as many bytes as `size` has pixels: of a file that nobody vouches for, compare `size` with the picture's
@@ -89,7 +87,7 @@ def decode(rle: Mapping[str, Any]) -> npt.NDArray[np.bool_]:
     return np.ascontiguousarray(np.repeat(is_cable, counts).reshape(columns, rows).T)
 
 
-def _compressed(counts: _Counts) -> str:
+def _compressed(counts: IntArray) -> str:
     """Return counts as text."""
     rest = counts.copy()
     rest[3:] -= counts[1:-2]
@@ -104,7 +102,7 @@ def _compressed(counts: _Counts) -> str:
     return characters[np.stack(is_there[:-1], axis=1)].tobytes().decode("ascii")
 
 
-def _decompressed(text: str | bytes) -> _Counts:
+def _decompressed(text: str | bytes) -> IntArray:
     """Return the counts that text holds."""
     data = text if isinstance(text, bytes) else text.encode()
     characters = np.frombuffer(data, dtype=np.uint8).astype(np.int64) - _FIRST_CHARACTER
@@ -130,7 +128,7 @@ def _decompressed(text: str | bytes) -> _Counts:
     return counts
 
 
-def _listed(given: npt.ArrayLike) -> _Counts:
+def _listed(given: npt.ArrayLike) -> IntArray:
     """Return counts that are listed uncompressed."""
     counts = as_array("counts", given)
     if counts.ndim != 1 or (counts.dtype.kind not in "iu" and counts.size):

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 
 Spans = tuple[tuple[float, float], ...]
 
 
-def inside(u: FloatArray, spans: Iterable[tuple[float, float]]) -> npt.NDArray[np.bool_]:
+def inside(u: FloatArray, spans: Iterable[tuple[float, float]]) -> BoolArray:
     """Return which parameters (n,) lie in an interval, its bounds included."""
-    found: npt.NDArray[np.bool_] = np.zeros(len(u), np.bool_)
+    found: BoolArray = np.zeros(len(u), np.bool_)
     for low, high in spans:
         found |= (low <= u) & (u <= high)
     return found

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
 from dloftbs.data.centerline import Segment
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.presentation import outputs
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 from dloftbs.support.values import count_of
 
 
@@ -34,8 +31,8 @@ class StageTrace:
     """
 
     frame: Frame
-    mask: npt.NDArray[np.bool_]
-    cleaned: npt.NDArray[np.bool_]
+    mask: BoolArray
+    cleaned: BoolArray
     skeleton: FloatArray
     endpoints: FloatArray
     branch_points: FloatArray

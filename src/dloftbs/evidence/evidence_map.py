@@ -21,10 +21,8 @@ from dloftbs.evidence.kernels.end_labels import label_ends
 from dloftbs.evidence.kernels.end_references import sample_cables, sample_references
 from dloftbs.evidence.kernels.gap_depths import describe_depths, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import describe_pixels, lay_ways, list_uncovered, mark_covered, mark_probable
-from dloftbs.support.arrays import AnyArray, FloatArray, as_bytes
+from dloftbs.support.arrays import AnyArray, BoolArray, ByteArray, FloatArray, IntArray, as_bytes
 from dloftbs.support.values import MILLIMETRE_M
-
-_Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +55,13 @@ class EvidenceMap:
     """
 
     crop: MaskCrop
-    image: npt.NDArray[np.uint8] | None = None
+    image: ByteArray | None = None
     depth: npt.NDArray[Any] | None = None
     occluders: AnyArray | None = None
     camera: PinholeCamera | None = None
     config: DepthConfig = field(default_factory=DepthConfig)
     depth_unit_m: float = MILLIMETRE_M
-    soft: npt.NDArray[np.uint8] | None = None
+    soft: ByteArray | None = None
     labels: npt.NDArray[np.uint16] | None = None
 
     @classmethod
@@ -72,7 +70,7 @@ class EvidenceMap:
         frame: Frame,
         crop: MaskCrop,
         config: DepthConfig,
-        soft: npt.NDArray[np.uint8] | None = None,
+        soft: ByteArray | None = None,
         labels: npt.NDArray[np.uint16] | None = None,
     ) -> EvidenceMap | None:
         """Return the evidence in a frame, and in the probability and the labels of its mask; None if there is none."""
@@ -120,7 +118,7 @@ class EndEvidence:
         """True if single objects are labelled."""
         return self.frame.labels is not None
 
-    def swerves(self, pairs: _Ints, lengths: FloatArray) -> FloatArray:
+    def swerves(self, pairs: IntArray, lengths: FloatArray) -> FloatArray:
         """Return how unlikely a cable is from end to end, by its swerve towards the camera or away from it.
 
         Parameters
@@ -169,9 +167,9 @@ class EndEvidence:
         return measure_swerves(known, pairs, lengths, self.frame.camera.fx, self.width)
 
     @property
-    def has_depth(self) -> npt.NDArray[np.bool_]:
+    def has_depth(self) -> BoolArray:
         """True for each end where depth shows how it goes on."""
-        known: npt.NDArray[np.bool_] = ~np.isnan(self._depths[:, 2])
+        known: BoolArray = ~np.isnan(self._depths[:, 2])
         return known
 
     @property
@@ -184,13 +182,13 @@ class EndEvidence:
         """True if a step of a cable in depth or in colour would show."""
         return self.tells_swerves or self.tells_colours
 
-    def differ_in_colour(self, pairs: _Ints) -> npt.NDArray[np.bool_]:
+    def differ_in_colour(self, pairs: IntArray) -> BoolArray:
         """Return True for pairs of ends (k, 2) whose cables differ clearly in colour, all along before them."""
         if self.frame.image is None or len(pairs) == 0:
             return np.zeros(len(pairs), dtype=np.bool_)
         return compare_pairs(*self._colours, pairs)
 
-    def differ_along(self, ends: list[int], span: tuple[int, int], at_start: bool) -> npt.NDArray[np.bool_]:
+    def differ_along(self, ends: list[int], span: tuple[int, int], at_start: bool) -> BoolArray:
         """Return True for ends whose cables differ clearly in colour from the one along some points of the graph.
 
         Parameters
@@ -211,18 +209,18 @@ class EndEvidence:
         return compare_pairs(*known, np.column_stack((ends, np.full(len(ends), len(colours)))))
 
     @property
-    def has_colour(self) -> npt.NDArray[np.bool_]:
+    def has_colour(self) -> BoolArray:
         """True for each end before which the image shows a cable's colour."""
-        known: npt.NDArray[np.bool_] = ~np.isnan(self._colours[0][:, 0])
+        known: BoolArray = ~np.isnan(self._colours[0][:, 0])
         return known
 
-    def instance_signs(self, pairs: _Ints) -> FloatArray:
+    def instance_signs(self, pairs: IntArray) -> FloatArray:
         """Return 1 for pairs of ends (k, 2) of one labelled object, -1 for those of two, 0 where that is unknown."""
         one, other = self._labels[pairs].T
         signs: FloatArray = np.where(one == other, 1.0, -1.0) * ((one > 0) & (other > 0))
         return signs
 
-    def across(self, pairs: _Ints, lengths: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def across(self, pairs: IntArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return what lies between pairs of ends.
 
         Parameters
@@ -246,7 +244,7 @@ class EndEvidence:
             return np.zeros(0), pixels, depths
         frame, width = self.frame, self.width
         ways, steps = lay_ways(self._states, pairs, width)
-        covered: npt.NDArray[np.uint8] = np.zeros((len(pairs), ways.shape[1]), dtype=np.uint8)
+        covered: ByteArray = np.zeros((len(pairs), ways.shape[1]), dtype=np.uint8)
         if frame.occluders is not None:
             occluders = as_bytes(frame.occluders.reshape(frame.occluders.shape[:2])[self._window])
             mark_covered(occluders, ways, steps, covered)
@@ -266,17 +264,17 @@ class EndEvidence:
         return covered.sum(axis=1) / (steps - 1), pixels, depths
 
     @cached_property
-    def _labels(self) -> _Ints:
+    def _labels(self) -> IntArray:
         """Label before each end, shape (2 n,); 0 where none is seen."""
         assert self.frame.labels is not None
         return label_ends(self.frame.labels[self._window], self._points, self.graph.spans, self.width)
 
     @cached_property
-    def _colours(self) -> tuple[FloatArray, FloatArray, _Ints]:
+    def _colours(self) -> tuple[FloatArray, FloatArray, IntArray]:
         """Colours before all ends, as `sample_cables` returns them."""
         return self._sample_colours(self.graph.spans, np.arange(len(self.graph.nodes)))
 
-    def _sample_colours(self, spans: _Ints, ends: _Ints) -> tuple[FloatArray, FloatArray, _Ints]:
+    def _sample_colours(self, spans: IntArray, ends: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
         assert self.frame.image is not None  # see tells_colours
         return sample_cables(self.frame.image[self._window], self._points, spans, ends, self.width)
 
@@ -305,7 +303,7 @@ class EndEvidence:
         return points @ matrix.T + (offset - np.array(self.frame.crop.origin, dtype=np.float64))
 
     @cached_property
-    def _asked(self) -> tuple[npt.NDArray[Any], float, float, float, npt.NDArray[np.uint8]]:
+    def _asked(self) -> tuple[npt.NDArray[Any], float, float, float, ByteArray]:
         """The depth around the mask, its unit and range, and the mask."""
         depth, config = self.frame.depth, self.frame.config
         assert depth is not None
@@ -321,6 +319,6 @@ class EndEvidence:
         return np.s_[y0 : y0 + h, x0 : x0 + w]
 
     @property
-    def _mask(self) -> npt.NDArray[np.uint8]:
+    def _mask(self) -> ByteArray:
         h, w = self.frame.crop.size
         return self.frame.crop.pixels[1 : h + 1, 1 : w + 1]

@@ -11,11 +11,9 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, int64, uint64
 
-from dloftbs.kernels.compiler import helper, inlined, kernel, read
+from dloftbs.kernels.compiler import Bytes, Words, helper, inlined, kernel, read
 from dloftbs.kernels.shared.bitmask_layout import TILE_ROWS, WORD_BITS
 from dloftbs.kernels.shared.popcount import count_ones, lowest_one
-
-_Words = npt.NDArray[np.uint64]
 
 _BYTE = 8
 _SPREAD = np.array([sum((value >> j & 1) << (8 * j) for j in range(8)) for value in range(256)], dtype=np.uint64)
@@ -31,7 +29,7 @@ def _length(word: int) -> int:
 
 
 @kernel(read(uint64, 2, "C"), int64, int64)
-def cut(packed: _Words, columns: int, margin: int) -> tuple[_Words, _Words, int, int, int]:
+def cut(packed: Words, columns: int, margin: int) -> tuple[Words, Words, int, int, int]:
     """Cut out the rows and columns of words that are not empty, with a margin as far as the image goes.
 
     Parameters
@@ -92,7 +90,7 @@ def cut(packed: _Words, columns: int, margin: int) -> tuple[_Words, _Words, int,
 
 
 @helper
-def _box(bitmask: _Words) -> tuple[int, int, int, int]:
+def _box(bitmask: Words) -> tuple[int, int, int, int]:
     """Return the first and last column and row that are not empty; the last is -1 where all are."""
     n, rows = bitmask.shape
     last = -1
@@ -117,7 +115,7 @@ def _box(bitmask: _Words) -> tuple[int, int, int, int]:
 
 
 @helper
-def _moved(bitmask: _Words, left: int, right: int, top: int, bottom: int) -> _Words:
+def _moved(bitmask: Words, left: int, right: int, top: int, bottom: int) -> Words:
     """Return a part of a bitmask with its first pixel in bit 1 of the second word of row 1."""
     n = len(bitmask)
     h, w = bottom - top + 1, right - left + 1
@@ -140,7 +138,7 @@ def _moved(bitmask: _Words, left: int, right: int, top: int, bottom: int) -> _Wo
 
 
 @kernel(read(uint64, 2, "C"), int64, int64)
-def as_bytes(framed: _Words, h: int, w: int) -> npt.NDArray[np.uint8]:
+def as_bytes(framed: Words, h: int, w: int) -> Bytes:
     """Return a framed bitmask as bytes, 0 and 1, the margin included.
 
     Parameters
@@ -168,7 +166,7 @@ def as_bytes(framed: _Words, h: int, w: int) -> npt.NDArray[np.uint8]:
 
 
 @helper
-def _border_moments(framed: _Words, h: int, w: int) -> tuple[int, int, int, int, int, int, int, int]:
+def _border_moments(framed: Words, h: int, w: int) -> tuple[int, int, int, int, int, int, int, int]:
     """Return the moments of the border pixels, see `frame`."""
     sx = sy = sxyy = syxx = sxxx = syyy = sxx = syy = 0
     one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
@@ -204,8 +202,8 @@ def _border_moments(framed: _Words, h: int, w: int) -> tuple[int, int, int, int,
 
 @kernel(read(uint64, 2, "C"))
 def frame(
-    bitmask: _Words,
-) -> tuple[npt.NDArray[np.uint8], _Words, tuple[int, int, int, int], tuple[int, int, int, int, int, int, int, int]]:
+    bitmask: Words,
+) -> tuple[Bytes, Words, tuple[int, int, int, int], tuple[int, int, int, int, int, int, int, int]]:
     """Cut a bitmask to its bounding box, with an empty margin of a pixel, and measure it.
 
     Returns
@@ -232,7 +230,7 @@ def frame(
 
 
 @inlined
-def _row_sums(framed: _Words, k: int, r: int, middle: int) -> tuple[int, int]:
+def _row_sums(framed: Words, k: int, r: int, middle: int) -> tuple[int, int]:
     """Return how many of three pixels in a row are set, in binary: those beside each pixel of a word, and `middle`."""
     one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
     left = (framed[k, r] << one) | (framed[k - 1, r] >> last)
@@ -242,7 +240,7 @@ def _row_sums(framed: _Words, k: int, r: int, middle: int) -> tuple[int, int]:
 
 
 @inlined
-def _degrees(framed: _Words, k: int, r: int) -> tuple[int, int, int, int]:
+def _degrees(framed: Words, k: int, r: int) -> tuple[int, int, int, int]:
     """Return the number of neighbours of each pixel of a word, in binary."""
     above, aboves = _row_sums(framed, k, r - 1, framed[k, r - 1])
     beside, besides = _row_sums(framed, k, r, np.uint64(0))
@@ -255,8 +253,8 @@ def _degrees(framed: _Words, k: int, r: int) -> tuple[int, int, int, int]:
 
 @kernel(read(uint64, 2, "C"), int64, int64, boolean, boolean, boolean)
 def list_pixels(
-    framed: _Words, h: int, w: int, flip_x: bool, flip_y: bool, transpose: bool
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.uint8]]:
+    framed: Words, h: int, w: int, flip_x: bool, flip_y: bool, transpose: bool
+) -> tuple[npt.NDArray[np.int32], Bytes]:
     """List the pixels of a framed bitmask as ``(row, column)`` of an orientation, in ascending order, by counting.
 
     Parameters

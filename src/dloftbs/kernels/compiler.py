@@ -20,6 +20,8 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, TypeVar
 
+import numpy as np
+import numpy.typing as npt
 from numba import njit, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
@@ -27,6 +29,12 @@ from numba.core.typing.templates import infer_global
 
 from dloftbs.kernels.helper_code import HelperCompiler
 from dloftbs.kernels.kernel_cache import KernelCache
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+Bytes = npt.NDArray[np.uint8]
+Words = npt.NDArray[np.uint64]
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 

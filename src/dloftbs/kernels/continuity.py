@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.cubic import basis_functions
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y
 from dloftbs.kernels.shared.polyline import polyline_length
@@ -19,7 +18,7 @@ _MAX_CELLS = 64  # to a side
 
 
 @helper
-def _along(points: npt.NDArray[np.float64], start: int, stop: int, k: int) -> tuple[float, float]:
+def _along(points: Floats, start: int, stop: int, k: int) -> tuple[float, float]:
     """Return the way from the sample before one of a curve to that after it, as far as there are any."""
     low, high = max(k - 1, start), min(k + 1, stop - 1)
     return points[high, 0] - points[low, 0], points[high, 1] - points[low, 1]
@@ -30,15 +29,15 @@ def _along(points: npt.NDArray[np.float64], start: int, stop: int, k: int) -> tu
     read(float64, 2), read(float64, 1), float64, int64,
 )  # fmt: skip
 def sample_curves(
-    knots: npt.NDArray[np.float64],
-    control: npt.NDArray[np.float64],
-    counts: npt.NDArray[np.int64],
-    closed: npt.NDArray[np.bool_],
-    matrix: npt.NDArray[np.float64],
-    offset: npt.NDArray[np.float64],
+    knots: Floats,
+    control: Floats,
+    counts: Ints,
+    closed: Bools,
+    matrix: Floats,
+    offset: Floats,
     step_px: float,
     most: int,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+) -> tuple[Floats, Ints, Floats, Floats]:
     """Sample cubic curves in the image at evenly spaced ``u``, both ends included, in the orientation of a crop.
 
     Not checked: the knots fit the control points and span 0 to 1.
@@ -112,9 +111,7 @@ def sample_curves(
 
 
 @helper
-def _lay_grid(
-    states: npt.NDArray[np.float64], used: npt.NDArray[np.bool_], near: float
-) -> tuple[float, float, float, int, int, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _lay_grid(states: Floats, used: Bools, near: float) -> tuple[float, float, float, int, int, Ints, Ints]:
     """Sort ends into square cells no smaller than `near`, each into its own and the eight around it.
 
     Returns
@@ -162,17 +159,17 @@ def _lay_grid(
     read(float64, 1), read(float64, 1), read(boolean, 1), read(float64, 1), float64,
 )  # fmt: skip
 def follow(
-    states: npt.NDArray[np.float64],
-    rows: npt.NDArray[np.int64],
-    columns: npt.NDArray[np.int64],
-    points: npt.NDArray[np.float64],
-    first: npt.NDArray[np.int64],
-    steps: npt.NDArray[np.float64],
-    longest: npt.NDArray[np.float64],
-    closed: npt.NDArray[np.bool_],
-    trust: npt.NDArray[np.float64],
+    states: Floats,
+    rows: Ints,
+    columns: Ints,
+    points: Floats,
+    first: Ints,
+    steps: Floats,
+    longest: Floats,
+    closed: Bools,
+    trust: Floats,
     width: float,
-) -> npt.NDArray[np.float64]:
+) -> Floats:
     """Return how well pairs of ends continue each other along one of several curves.
 
     Parameters

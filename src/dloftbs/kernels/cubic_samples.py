@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import kernel, read
+from dloftbs.kernels.compiler import Floats, kernel, read
 from dloftbs.kernels.shared.cubic import basis_functions
 
 _ORDER = 4
 
 
 @kernel(read(float64, 1), read(float64, 2), float64, float64, int64)
-def sample_cubic(
-    knots: npt.NDArray[np.float64], control: npt.NDArray[np.float64], first: float, last: float, count: int
-) -> tuple[npt.NDArray[np.float64], float]:
+def sample_cubic(knots: Floats, control: Floats, first: float, last: float, count: int) -> tuple[Floats, float]:
     """Evaluate a cubic B-spline at evenly spaced parameters, by the recursion of Cox and de Boor.
 
     Not checked: the base interval of the knots is 0 to 1, and `first` and `last` lie in it, in this order.

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_rows_to
 
 FITS = 3
@@ -28,7 +27,7 @@ _Four = tuple[float, float, float, float]
 
 
 @helper
-def _enter(knots: npt.NDArray[np.float64], span: int) -> _Span:
+def _enter(knots: Floats, span: int) -> _Span:
     """Return what `_basis` needs of the span from ``knots[span]`` to ``knots[span + 1]``, the two different."""
     a, b, c = knots[span - 2], knots[span - 1], knots[span]
     d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
@@ -56,7 +55,7 @@ def _basis(span: _Span, u: float) -> _Four:
 
 
 @kernel(read(float64, 1))
-def is_ascending(u: npt.NDArray[np.float64]) -> bool:
+def is_ascending(u: Floats) -> bool:
     """Return whether each parameter is larger than the one before."""
     for i in range(1, len(u)):
         if not u[i] > u[i - 1]:
@@ -65,7 +64,7 @@ def is_ascending(u: npt.NDArray[np.float64]) -> bool:
 
 
 @kernel(read(float64, 1), int64)
-def open_knots(u: npt.NDArray[np.float64], k: int) -> npt.NDArray[np.float64]:
+def open_knots(u: Floats, k: int) -> Floats:
     """Return an open curve's knot vector: ``k`` distinct knots, equidistant in element number (paper: spline fitting).
 
     The knots lie on the parameters of the points, 0 and 1 at the ends, so that every span holds points and the
@@ -93,13 +92,7 @@ def open_knots(u: npt.NDArray[np.float64], k: int) -> npt.NDArray[np.float64]:
 
 
 @helper
-def _add_up(
-    u: npt.NDArray[np.float64],
-    points: npt.NDArray[np.float64],
-    knots: npt.NDArray[np.float64],
-    band: npt.NDArray[np.float64],
-    right: npt.NDArray[np.float64],
-) -> None:
+def _add_up(u: Floats, points: Floats, knots: Floats, band: Floats, right: Floats) -> None:
     """Write the normal equations; the four rows that a span adds to are held in registers, and move on with it."""
     m, dims = points.shape
     n = len(right)
@@ -134,9 +127,7 @@ def _add_up(
 
 
 @kernel(read(float64, 1), read(float64, 2), read(float64, 1))
-def fit_open(
-    u: npt.NDArray[np.float64], points: npt.NDArray[np.float64], knots: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float64]:
+def fit_open(u: Floats, points: Floats, knots: Floats) -> Floats:
     """Fit a cubic B-spline to points by least squares, each coordinate by itself with the same knots.
 
     Not checked: `u` ascends within the base interval of the knots, and the Schoenberg-Whitney conditions hold.
@@ -182,9 +173,7 @@ def fit_open(
 
 
 @kernel(read(float64, 1), read(float64, 2), read(float64, 1))
-def fit_closed(
-    u: npt.NDArray[np.float64], points: npt.NDArray[np.float64], knots: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float64]:
+def fit_closed(u: Floats, points: Floats, knots: Floats) -> Floats:
     """Fit a periodic cubic B-spline to the points of a loop by least squares.
 
     The matrix is stored whole, since the loop couples its first and last control points. Not checked: as `fit_open`,
@@ -252,13 +241,7 @@ def fit_closed(
 
 
 @kernel(read(float64, 1), read(float64, 2), read(float64, 1), read(float64, 2), int64)
-def misfit(
-    u: npt.NDArray[np.float64],
-    points: npt.NDArray[np.float64],
-    knots: npt.NDArray[np.float64],
-    control: npt.NDArray[np.float64],
-    window: int,
-) -> float:
+def misfit(u: Floats, points: Floats, knots: Floats, control: Floats, window: int) -> float:
     """Return how far points lie beside a cubic B-spline over a stretch of them, where that is worst.
 
     The differences are averaged over `window` points, so that what points have of noise, each by itself, counts little.
@@ -307,15 +290,7 @@ def grow(count: int, excess: float, most: int) -> int:
 
 
 @kernel(read(float64, 1), read(float64, 2), int64, int64, int64, float64, int64)
-def grow_open_knots(
-    u: npt.NDArray[np.float64],
-    points: npt.NDArray[np.float64],
-    count: int,
-    most: int,
-    pick: int,
-    tolerance: float,
-    window: int,
-) -> int:
+def grow_open_knots(u: Floats, points: Floats, count: int, most: int, pick: int, tolerance: float, window: int) -> int:
     """Return how many distinct knots an open curve needs: more, while points lie beside it over a stretch of them.
 
     Parameters

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.selection import median_of
 
 
 @helper
-def _add_up_steps(points: npt.NDArray[np.float64], lengths: npt.NDArray[np.float64]) -> None:
+def _add_up_steps(points: Floats, lengths: Floats) -> None:
     n, dims = points.shape
     lengths[0] = 0.0
     for i in range(1, n):
@@ -22,7 +21,7 @@ def _add_up_steps(points: npt.NDArray[np.float64], lengths: npt.NDArray[np.float
 
 
 @helper
-def _write_arc(points: npt.NDArray[np.float64], closed: bool, parameter: npt.NDArray[np.float64]) -> None:
+def _write_arc(points: Floats, closed: bool, parameter: Floats) -> None:
     n, dims = points.shape
     _add_up_steps(points, parameter)
     total = parameter[n - 1]
@@ -37,7 +36,7 @@ def _write_arc(points: npt.NDArray[np.float64], closed: bool, parameter: npt.NDA
 
 
 @kernel(read(float64, 2), boolean)
-def arc_parameter(points: npt.NDArray[np.float64], closed: bool) -> npt.NDArray[np.float64]:
+def arc_parameter(points: Floats, closed: bool) -> Floats:
     """Return what `dloftbs.data.centerline.arc_parameter` returns, faster.
 
     Parameters
@@ -56,7 +55,7 @@ def arc_parameter(points: npt.NDArray[np.float64], closed: bool) -> npt.NDArray[
 
 
 @kernel(read(float64, 2))
-def arc_lengths(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def arc_lengths(points: Floats) -> Floats:
     """Return the length of the polygon through points up to each of them.
 
     Parameters
@@ -78,21 +77,15 @@ def arc_lengths(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     read(float64, 2), read(float64, 2), read(float64, 1),
 )  # fmt: skip
 def lay_out(
-    points: npt.NDArray[np.float64],
-    radius: npt.NDArray[np.float64],
-    spans: npt.NDArray[np.int64],
-    first: npt.NDArray[np.int64],
+    points: Floats,
+    radius: Floats,
+    spans: Ints,
+    first: Ints,
     n_open: int,
-    end_states: npt.NDArray[np.float64],
-    matrix: npt.NDArray[np.float64],
-    offset: npt.NDArray[np.float64],
-) -> tuple[
-    npt.NDArray[np.float64],
-    npt.NDArray[np.float64],
-    npt.NDArray[np.float64],
-    npt.NDArray[np.float64],
-    npt.NDArray[np.float64],
-]:
+    end_states: Floats,
+    matrix: Floats,
+    offset: Floats,
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Put spans of points together to lines, some of them backwards, and turn all into the image's coordinates.
 
     Parameters

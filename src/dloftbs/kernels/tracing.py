@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import float64, int32, int64, uint8
 
-from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
+from dloftbs.kernels.compiler import Bools, Bytes, Floats, Ints, helper, inlined, kernel, read, write
 from dloftbs.kernels.shared.polyline import chord_direction
 
 RADIUS_SPACING = 4
@@ -22,13 +22,13 @@ _NEAR = 2  # marks what touches a branch point in the grid, beside the 1, while 
 
 
 @inlined
-def _at(grid: npt.NDArray[np.uint8], row: int, column: int) -> int:
+def _at(grid: Bytes, row: int, column: int) -> int:
     """Return 1 for foreground, 0 for background; unsigned indices spare numba's test for negative ones."""
     return np.int64(grid[np.uint64(row), np.uint64(column)] & 1)
 
 
 @inlined
-def _around(grid: npt.NDArray[np.uint8], row: int, column: int) -> tuple[int, int, int]:
+def _around(grid: Bytes, row: int, column: int) -> tuple[int, int, int]:
     """Return the number of foreground neighbours, and the sums of the ways to them, down and to the right."""
     north_west, south_east = _at(grid, row - 1, column - 1), _at(grid, row + 1, column + 1)
     north_east, south_west = _at(grid, row - 1, column + 1), _at(grid, row + 1, column - 1)
@@ -39,7 +39,7 @@ def _around(grid: npt.NDArray[np.uint8], row: int, column: int) -> tuple[int, in
 
 
 @helper
-def _first_way(grid: npt.NDArray[np.uint8], row: int, column: int) -> tuple[int, int]:
+def _first_way(grid: Bytes, row: int, column: int) -> tuple[int, int]:
     """Return the way down and to the right to the first neighbour, sides before corners."""
     for dr, dc in ((-1, 0), (0, -1), (0, 1), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)):
         if _at(grid, row + dr, column + dc) != 0:
@@ -48,9 +48,7 @@ def _first_way(grid: npt.NDArray[np.uint8], row: int, column: int) -> tuple[int,
 
 
 @kernel(write(uint8, 2), read(int32, 2), read(uint8, 1))
-def trace(
-    grid: npt.NDArray[np.uint8], pixels_rc: npt.NDArray[np.int32], degrees: npt.NDArray[np.uint8]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], int]:
+def trace(grid: Bytes, pixels_rc: npt.NDArray[np.int32], degrees: Bytes) -> tuple[Floats, Ints, int]:
     """Leave out the branch points; walk pixel by pixel from every endpoint to the other end, then around every loop.
 
     Starts are taken in the order of `pixels_rc`. Not checked: the outermost rows and columns of the grid are 0, and the
@@ -123,7 +121,7 @@ def trace(
 
 
 @helper
-def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float) -> float:
+def _reach(mask: Bytes, x: float, y: float, dx: float, dy: float) -> float:
     """Return how far the mask goes from a point along a unit vector, to half a pixel."""
     t, most = 1.0, float(mask.shape[0] + mask.shape[1])  # the margin around the mask ends it before
     # Coordinates are not negative: this rounds.
@@ -135,9 +133,7 @@ def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
 
 
 @kernel(read(uint8, 2), read(float64, 2), read(int64, 1))
-def measure_radius(
-    mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
-) -> npt.NDArray[np.float64]:
+def measure_radius(mask: Bytes, points: Floats, offsets: Ints) -> Floats:
     """Measure half the mask's width across the runs, at every fourth of their points and linearly in between.
 
     Not checked: the outermost rows and columns of the mask are 0, and the points lie inside.
@@ -173,9 +169,7 @@ def measure_radius(
 
 
 @kernel(read(uint8, 2), read(float64, 2), read(float64, 2))
-def are_covered(
-    mask: npt.NDArray[np.uint8], starts: npt.NDArray[np.float64], ends: npt.NDArray[np.float64]
-) -> npt.NDArray[np.bool_]:
+def are_covered(mask: Bytes, starts: Floats, ends: Floats) -> Bools:
     """Return whether straight lines run over foreground only, looked at every half pixel.
 
     Parameters

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.depth import ReadableDepth
@@ -19,7 +18,7 @@ from dloftbs.lifting.kernels.penalized_spline import deviation_of_line, smooth
 from dloftbs.lifting.kernels.surfaces import BORDER_PX, LEAST_SHARE, SHARE, find_surface
 from dloftbs.lifting.kernels.tubes import mask_occluded, surface_to_axis
 from dloftbs.lifting.kernels.wrong_depth import strike_ground, strike_steps
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 
 _STEP_WIDTHS = 0.4
 """Distance from section to section, widths.
@@ -131,7 +130,7 @@ class _Sections(NamedTuple):
     points: FloatArray
     tangents: FloatArray
     radius: FloatArray
-    used: npt.NDArray[np.bool_]
+    used: BoolArray
     spacing_px: float
 
     def nearest(self, u: float, closed: bool) -> int:
@@ -284,14 +283,14 @@ def _is_too_few(seen: int, sections: int) -> bool:
     return seen < max(MIN_SEEN * sections, 2)
 
 
-def _too_few(seen: int, measured: npt.NDArray[np.bool_]) -> str:
+def _too_few(seen: int, measured: BoolArray) -> str:
     """Say that few sections are seen, of those where depth was measured."""
     text = f"only {seen} of {len(measured)} sections of the curve have depth, fewer than {100.0 * MIN_SEEN:.0f} %"
     others = int(measured.sum()) - seen
     return text if others <= 0 else f"{text}; in {others} more it is {_NOT_ITS_OWN}"
 
 
-def _too_far(beyond: npt.NDArray[np.bool_], sections: int) -> str:
+def _too_far(beyond: BoolArray, sections: int) -> str:
     """Say that nothing is seen at an end, given where depth was measured beyond the last section that is."""
     share, most = 100.0 * len(beyond) / (sections - 1), 100.0 * MAX_EXTRAPOLATED
     others = int(beyond.sum())

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import ByteArray, FloatArray
 
 _CORNER_WIDTHS = 3.0
 """Largest distance from a branch end to the corner of its bend, and from there to the mask's edge, widths.
@@ -50,11 +49,9 @@ _HALF = 0.5
 Source: by definition.
 """
 
-_Mask = npt.NDArray[np.uint8]
-
 
 def way_around(
-    mask: _Mask, here: FloatArray, there: FloatArray, width: float, radius: float, stub: FloatArray | None
+    mask: ByteArray, here: FloatArray, there: FloatArray, width: float, radius: float, stub: FloatArray | None
 ) -> FloatArray | None:
     """Return the points of a cable that goes around a corner from one side to the other; None where there is none.
 
@@ -88,7 +85,7 @@ def way_around(
 
 
 def _around_fold(
-    mask: _Mask, here: FloatArray, there: FloatArray, width: float, radius: float, stub: FloatArray
+    mask: ByteArray, here: FloatArray, there: FloatArray, width: float, radius: float, stub: FloatArray
 ) -> FloatArray | None:
     """Return the points of a cable along the two outer edges of a fold whose inside is closed, around its tip."""
     first, reach = int(width), max(int(0.5 * width), 1)
@@ -121,7 +118,7 @@ def _around_fold(
 
 
 def _corner(
-    mask: _Mask, here: FloatArray, there: FloatArray, width: float, radius: float, mitre: FloatArray | None
+    mask: ByteArray, here: FloatArray, there: FloatArray, width: float, radius: float, mitre: FloatArray | None
 ) -> FloatArray | None:
     cosine = float(here[2:] @ there[2:])
     if cosine <= _OPEN:
@@ -157,7 +154,7 @@ def _meeting(here: FloatArray, there: FloatArray, most: float) -> FloatArray | N
     return here[:2] + ahead * here[2:]
 
 
-def _edges(mask: _Mask, starts: FloatArray, directions: FloatArray, most: float) -> FloatArray:
+def _edges(mask: ByteArray, starts: FloatArray, directions: FloatArray, most: float) -> FloatArray:
     """Return how far the mask's edge is along unit vectors, px; infinity where there is none up to `most`.
 
     A start may lie in a notch before the mask. The edge is where the mask, interpolated between pixels, falls below one

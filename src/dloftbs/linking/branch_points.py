@@ -6,14 +6,13 @@ import math
 from itertools import accumulate
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, is_start, start_of, stop_of
 from dloftbs.kernels.tracing import measure_radius
 from dloftbs.linking.branch_weights import NODE
 from dloftbs.linking.hidden_ends import free_ends
 from dloftbs.linking.matched_ends import EndMatching
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import ByteArray, FloatArray
 
 _MIN_ENDS = 3
 """Least number of ends at a branch point.
@@ -112,7 +111,7 @@ def _widens(matching: EndMatching, branch: int) -> bool:
 
 
 def find_branch_points(
-    mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, least_px: float
+    mask: ByteArray, graph: Graph, matching: EndMatching, least_px: float
 ) -> dict[int, tuple[FloatArray, float]]:
     """Make a branch point of each junction at which an end stays open beside two others, and cut what runs through.
 
@@ -249,9 +248,7 @@ def _place(states: FloatArray) -> FloatArray:
     return result
 
 
-def _start_of_merge(
-    mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, ends: list[int]
-) -> FloatArray | None:
+def _start_of_merge(mask: ByteArray, graph: Graph, matching: EndMatching, ends: list[int]) -> FloatArray | None:
     """Return where two branches begin to part that lead on side by side; None where all of them part at once.
 
     There the mask begins to be wider than the branch that holds both: of all that meet, the one that is wide the

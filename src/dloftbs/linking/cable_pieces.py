@@ -7,13 +7,12 @@ from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.graph import RAY, TANGENT, Graph, branch_of, is_start, start_of, stop_of
 from dloftbs.linking.bend_corners import way_around
 from dloftbs.linking.kernels.end_extension import is_seen
 from dloftbs.linking.matched_ends import Branches, EndMatching
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import ByteArray, FloatArray
 
 _MIN_JUMP_PX = 2.0
 """Distance of neighbouring points between which there is room for another one, px.
@@ -74,7 +73,7 @@ class Points:
 
 
 def cut_into_pieces(
-    mask: npt.NDArray[np.uint8],
+    mask: ByteArray,
     graph: Graph,
     offsets: list[int],
     matching: EndMatching,
@@ -134,7 +133,7 @@ def fill_junctions(piece: Piece, points: Points, *, closed: bool = False) -> Non
 
 
 def _way_around_corner(
-    mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, end: int, before: Span, after: Span
+    mask: ByteArray, graph: Graph, matching: EndMatching, end: int, before: Span, after: Span
 ) -> FloatArray | None:
     """Return the points of a cable that goes to a corner and back; None where there is no corner."""
     branches = matching.branches
@@ -150,7 +149,7 @@ def _turns_back(branches: Branches, end: int, other: int) -> bool:
     return bool(ax * bx + ay * by > 0.0)
 
 
-def _is_on(mask: npt.NDArray[np.uint8], points: FloatArray) -> bool:
+def _is_on(mask: ByteArray, points: FloatArray) -> bool:
     """Return whether all of some points, ``(x, y)``, lie on a mask: where other cables are, a corner may be none."""
     columns, rows = np.rint(points).astype(np.int64).T
     inside = (rows >= 0) & (columns >= 0) & (rows < mask.shape[0]) & (columns < mask.shape[1])

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.graph import (
     FREE,
@@ -26,7 +25,7 @@ from dloftbs.linking.cable_pieces import Piece, Points, Span
 from dloftbs.linking.kernels.end_extension import extend_end
 from dloftbs.linking.kernels.shown_ahead import REACH_WIDTHS, shown_ahead
 from dloftbs.linking.matched_ends import Branches, EndMatching
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import ByteArray, FloatArray, IntArray
 
 _TAIL_WIDTHS = 6.0
 """Length before a free end that is given to its extension, widths.
@@ -70,7 +69,7 @@ class CableAxes:
         return near
 
     @cached_property
-    def _axes(self) -> tuple[list[FloatArray], npt.NDArray[np.int64], FloatArray, FloatArray]:
+    def _axes(self) -> tuple[list[FloatArray], IntArray, FloatArray, FloatArray]:
         """The axes in parts (n, 2), px, the branch of each, and the least and the largest x and y of each."""
         matching = self._matching
         branches, partner, nodes = matching.branches, matching.partner, matching.branches.nodes
@@ -98,7 +97,7 @@ class CableAxes:
 
 
 def extend_ends(
-    mask: npt.NDArray[np.uint8],
+    mask: ByteArray,
     graph: Graph,
     matching: EndMatching,
     axes: CableAxes,
@@ -134,7 +133,7 @@ def extend_ends(
 
 
 def _extend_through_junction(
-    mask: npt.NDArray[np.uint8],
+    mask: ByteArray,
     graph: Graph,
     matching: EndMatching,
     axes: CableAxes,
@@ -159,13 +158,7 @@ def _extend_through_junction(
 
 
 def _extend_inside(
-    mask: npt.NDArray[np.uint8],
-    width: float,
-    branches: Branches,
-    end: int,
-    spans: list[Span],
-    at_start: bool,
-    buffer: Points,
+    mask: ByteArray, width: float, branches: Branches, end: int, spans: list[Span], at_start: bool, buffer: Points
 ) -> None:
     """Lead a cable that ends inside of a shared branch straight on, where its mask shows beside the other cable.
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.graph import UNAVAILABLE, Graph, branch_of, ends_of, is_start, other_end, same_side, start_of, stop_of
 from dloftbs.data.mask_crop import MaskCrop
@@ -22,6 +21,7 @@ from dloftbs.linking.kernels.weights import JOINT, OPEN
 from dloftbs.linking.kernels.wide_stretches import wide_reach
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.linking.temporal_prior import TemporalPrior
+from dloftbs.support.arrays import BoolArray, ByteArray, FloatArray, IntArray
 
 PRIOR_BONUS = 2.4
 """Maximum discount for a joint that follows a predicted curve, nats.
@@ -42,9 +42,6 @@ Source: measured; tools cut cables where others lie across. Of 120 frames of rec
 there .625 are right, and .558 at a cost of 2.2; with labels without a mistake .75, and .758.
 """
 
-_Ints = npt.NDArray[np.int64]
-_Floats = npt.NDArray[np.float64]
-
 
 class Ends(NamedTuple):
     """Ends of a graph, those of duplicates of shared branches among them.
@@ -62,13 +59,13 @@ class Ends(NamedTuple):
     corners : numpy.ndarray, shape (n,)
     """
 
-    nodes: _Ints
-    ids: _Ints
-    states: _Floats
-    roundness: _Floats
-    spurs: npt.NDArray[np.bool_]
-    bordering: npt.NDArray[np.bool_]
-    corners: _Ints
+    nodes: IntArray
+    ids: IntArray
+    states: FloatArray
+    roundness: FloatArray
+    spurs: BoolArray
+    bordering: BoolArray
+    corners: IntArray
 
 
 def match_ends(
@@ -161,7 +158,7 @@ def match_ends(
 
 def list_joints(
     graph: Graph, ends: Ends, max_gap_widths: float, evidence: EndEvidence | None, more: float
-) -> tuple[_Ints, _Ints, _Floats, _Floats]:
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """List the pairs of ends that may be joined, with what is measured of them and of each end that stays open.
 
     Parameters
@@ -205,7 +202,9 @@ def list_joints(
     return rows[keep], columns[keep], joints[keep], opens
 
 
-def _near_joints(rows: _Ints, columns: _Ints, lacking: _Floats, nodes: _Ints) -> list[tuple[float, int, int]]:
+def _near_joints(
+    rows: IntArray, columns: IntArray, lacking: FloatArray, nodes: IntArray
+) -> list[tuple[float, int, int]]:
     """List the pairs of free ends that cost little more than both ends open, the least difference first."""
     if len(rows) == 0:
         return []
@@ -213,7 +212,7 @@ def _near_joints(rows: _Ints, columns: _Ints, lacking: _Floats, nodes: _Ints) ->
     return sorted(zip(*(given[near].tolist() for given in (lacking, rows, columns)), strict=True))
 
 
-def list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> Ends:
+def list_ends(graph: Graph, duplicates: IntArray, partial: IntArray) -> Ends:
     """List the ends of a graph, those of duplicates of branches last; a branch shared in part ends inside."""
     count = len(graph.nodes)
     if len(duplicates) == 0:
@@ -243,8 +242,8 @@ def list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> Ends:
 
 
 def _own_points(
-    graph: Graph, duplicates: _Ints, partial: _Ints, reach: _Ints
-) -> tuple[_Floats, _Floats, list[tuple[int, int]]]:
+    graph: Graph, duplicates: IntArray, partial: IntArray, reach: IntArray
+) -> tuple[FloatArray, FloatArray, list[tuple[int, int]]]:
     """Return points, radius and spans, those of the duplicates last."""
     spans = [(start, stop) for start, stop in graph.spans.tolist()]
     if len(duplicates) == 0:
@@ -263,8 +262,8 @@ def _own_points(
 
 
 def _find_shared(
-    graph: Graph, mask: npt.NDArray[np.uint8], open_there: float, unshared: Sequence[int], *, branched: bool
-) -> tuple[_Ints, _Ints, _Floats, _Ints, _Floats | None]:
+    graph: Graph, mask: ByteArray, open_there: float, unshared: Sequence[int], *, branched: bool
+) -> tuple[IntArray, IntArray, FloatArray, IntArray, FloatArray | None]:
     """Find the branches that two cables share.
 
     Parameters

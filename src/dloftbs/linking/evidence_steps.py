@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from itertools import combinations, permutations
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.graph import POSITION, Graph, branch_of, ends_of, other_end
 from dloftbs.evidence import EndEvidence
@@ -15,7 +14,7 @@ from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE, OTHER_COLOUR
 from dloftbs.linking.kernels.pair_costs import junction_costs
 from dloftbs.linking.kernels.weights import JOINT
 from dloftbs.linking.matched_ends import EndMatching
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray, IntArray
 
 _ROUNDS = 8
 """Largest number of exchanges in a frame.
@@ -62,7 +61,7 @@ class EvidenceSteps:
         self._has_colour = evidence.has_colour[self.own] & alone if evidence.tells_colours else none
         self._lengths = np.diff(matching.branches.spans, axis=1).ravel()
 
-    def costs(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
+    def costs(self, pairs: IntArray) -> FloatArray:
         """Return the cost of each pair of ends (k, 2): for a step in depth and another colour, 0 where unknown."""
         costs: FloatArray = np.zeros(len(pairs))
         if self._has_depth.any():
@@ -112,16 +111,14 @@ class EvidenceSteps:
             gain += float(JOINT[OTHER_COLOUR]) * (one - two)
         return gain
 
-    def _behind(
-        self, ends: npt.NDArray[np.int64], known: npt.NDArray[np.bool_], *, over_folds: bool
-    ) -> tuple[npt.NDArray[np.int64], FloatArray]:
+    def _behind(self, ends: IntArray, known: BoolArray, *, over_folds: bool) -> tuple[IntArray, FloatArray]:
         """Return the first known ends from some on, of their shape, -1 for none, and how far away they are, px."""
         found, away = ends.copy(), np.zeros(ends.shape)
         for place in zip(*np.nonzero(~known[ends]), strict=True):
             found[place], away[place] = self._next_known(int(ends[place]), known, over_folds=over_folds)
         return found, away
 
-    def _next_known(self, end: int, known: npt.NDArray[np.bool_], *, over_folds: bool) -> tuple[int, float]:
+    def _next_known(self, end: int, known: BoolArray, *, over_folds: bool) -> tuple[int, float]:
         """Return the first known end along a cable, behind the branch of an end, and how far away it is, px; else -1.
 
         At a fold depth may change by any amount, and a colour does not.
@@ -136,7 +133,7 @@ class EvidenceSteps:
                 return end, length
         return -1, length
 
-    def _are_folds(self, pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    def _are_folds(self, pairs: IntArray) -> BoolArray:
         return are_folds(self._matching.branches.end_states, pairs)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.graph import (
     FREE,
@@ -22,7 +21,7 @@ from dloftbs.linking.evidence_steps import EvidenceSteps
 from dloftbs.linking.kernels.joint_features import OPEN_FREE
 from dloftbs.linking.kernels.weights import OPEN
 from dloftbs.linking.matched_ends import EndMatching, turn_costs
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import FloatArray, IntArray
 
 _DIRECTION_WIDTHS = 1.0
 """Length to both sides of a hidden end over which its direction is taken, widths.
@@ -106,7 +105,7 @@ def free_ends(graph: Graph, matching: EndMatching) -> list[int]:
 
 
 def _price(
-    graph: Graph, matching: EndMatching, pairs: npt.NDArray[np.int64], max_gap_widths: float
+    graph: Graph, matching: EndMatching, pairs: IntArray, max_gap_widths: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return what each gap from an end inside of a branch to a free end gains over both left open, and its cost."""
     branches = matching.branches

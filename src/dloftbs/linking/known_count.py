@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.graph import UNAVAILABLE, Graph, branch_of, ends_of, other_end, start_of, stop_of
 from dloftbs.evidence import EndEvidence
@@ -13,6 +12,7 @@ from dloftbs.linking.kernels.joint_features import GAP_LENGTH, GAP_ROUND, GAP_SE
 from dloftbs.linking.kernels.path_cover import cover
 from dloftbs.linking.kernels.weights import JOINT
 from dloftbs.linking.matched_ends import EndMatching
+from dloftbs.support.arrays import FloatArray, IntArray
 
 _SPECK_WIDTHS = 3.0
 """Length up to which a piece is left out for nothing, widths.
@@ -32,9 +32,6 @@ _MAX_PAIRS = 4000
 
 Source: bounds time; of 45 pieces it is all.
 """
-
-_Ints = npt.NDArray[np.int64]
-_Floats = npt.NDArray[np.float64]
 
 
 def merge_to_count(graph: Graph, matching: EndMatching, objects: int, evidence: EndEvidence | None = None) -> None:
@@ -71,8 +68,8 @@ def merge_to_count(graph: Graph, matching: EndMatching, objects: int, evidence: 
 
 
 def _list_pairs(
-    graph: Graph, matching: EndMatching, ends: _Ints, evidence: EndEvidence | None
-) -> tuple[_Ints, _Floats, _Floats]:
+    graph: Graph, matching: EndMatching, ends: IntArray, evidence: EndEvidence | None
+) -> tuple[IntArray, FloatArray, FloatArray]:
     """List the ends of different cables that may be joined, as linking prices them.
 
     Parameters
@@ -109,7 +106,7 @@ def _list_pairs(
     return pairs, costs, np.maximum(costs - open_cost[own].sum(axis=1), 0.0)
 
 
-def _different_cables(graph: Graph, ends: _Ints, ids: _Ints, nodes: _Ints) -> _Ints:
+def _different_cables(graph: Graph, ends: IntArray, ids: IntArray, nodes: IntArray) -> IntArray:
     """Return the pairs of ends that are not of one cable nor of one branch.
 
     An end that the image's border cuts goes on beyond it, so that another one must come back from there.
@@ -120,5 +117,5 @@ def _different_cables(graph: Graph, ends: _Ints, ids: _Ints, nodes: _Ints) -> _I
     branches, bordering = branch_of(ids[ends[pairs]]), graph.bordering[ids[ends[pairs]]]
     keep = branch_of(pairs[:, 0]) != branch_of(pairs[:, 1])
     keep &= (branches[:, 0] != branches[:, 1]) & (bordering[:, 0] == bordering[:, 1])
-    kept: _Ints = pairs[keep]
+    kept: IntArray = pairs[keep]
     return kept

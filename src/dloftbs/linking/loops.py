@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.graph import FREE, POSITION, UNAVAILABLE, Graph, branch_of, other_end
 from dloftbs.linking.matched_ends import EndMatching, turn_costs
+from dloftbs.support.arrays import IntArray
 
 _MAX_RINGS = 20
 """Largest number of rounds in which rings are opened.
@@ -40,8 +40,6 @@ _NEAR_TIP = 0.1
 
 Source: geometry; the branches that the gap joins start there.
 """
-
-_Ints = npt.NDArray[np.int64]
 
 
 def open_loops(graph: Graph, matching: EndMatching) -> None:
@@ -152,12 +150,12 @@ def _best_exchange(graph: Graph, matching: EndMatching, loop: list[int]) -> tupl
     return (int(mine[best]), int(other[best])), float((new - old)[best])
 
 
-def _exchanges(matching: EndMatching, loop: list[int]) -> Iterator[_Ints]:
+def _exchanges(matching: EndMatching, loop: list[int]) -> Iterator[IntArray]:
     """List for each end of a loop the exchanges (k, 2) of its partner with that of an end of another cable."""
     branches, partner = matching.branches, matching.partner
     closed = {branch_of(end) for chain, is_loop in matching.chains() if is_loop for end in chain}
     at_gaps = [end for end in loop if not matching.is_crossing(end)]
-    joined: _Ints = np.empty(0, dtype=np.int64)
+    joined: IntArray = np.empty(0, dtype=np.int64)
     if at_gaps:
         other = np.ones(len(branches.spurs), dtype=np.bool_)
         other[list(closed)] = False

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.graph import UNAVAILABLE, branch_of, is_start, other_end, start_of, stop_of
 from dloftbs.linking.kernels.joint_features import describe_pairs, prices
 from dloftbs.linking.kernels.weights import JOINT
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import FloatArray, IntArray
 
 
 class Branches(NamedTuple):
@@ -58,7 +57,7 @@ class Branches(NamedTuple):
         self.radius[own] = radius
 
 
-def turn_costs(branches: Branches, pairs: npt.NDArray[np.int64], width: float) -> FloatArray:
+def turn_costs(branches: Branches, pairs: IntArray, width: float) -> FloatArray:
     """Return the costs (k,) of pairs of ends (k, 2) by themselves, through a junction or across a gap, nats."""
     nodes = np.array(branches.nodes, np.int64)
     return prices(describe_pairs(branches.end_states, pairs, nodes, np.zeros(len(nodes)), width), JOINT)

@@ -6,11 +6,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.centerline import Centerline
 from dloftbs.linking.soft_existence_weights import IS_REAL
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import ByteArray, FloatArray
 from dloftbs.support.values import varied
 
 _LEAST_SURE = 0.1
@@ -32,7 +31,7 @@ Source: numerics; the logarithm diverges at 0.
 """
 
 
-def with_soft_existence(lines: Sequence[Centerline], soft: npt.NDArray[np.uint8]) -> list[Centerline]:
+def with_soft_existence(lines: Sequence[Centerline], soft: ByteArray) -> list[Centerline]:
     """Return centre lines whose existence takes a soft mask (H, W) into account."""
     found = []
     for line in lines:
@@ -41,7 +40,7 @@ def with_soft_existence(lines: Sequence[Centerline], soft: npt.NDArray[np.uint8]
     return found
 
 
-def reality_features(line: Centerline, soft: npt.NDArray[np.uint8]) -> FloatArray:
+def reality_features(line: Centerline, soft: ByteArray) -> FloatArray:
     """Return what says whether an object is real, shape (4,).
 
     These are 1, the log-odds of the mask's least sure tenth along the axis, the logarithm of the standard deviation of

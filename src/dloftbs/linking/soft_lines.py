@@ -6,18 +6,16 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.centerline import Centerline, NearJoint
 from dloftbs.kernels.shared.soft_masks import AHEAD_WIDTHS, LEAST_PROBABLE
 from dloftbs.linking.kernels.soft_borders import least_ahead, soft_width
 from dloftbs.linking.soft_end_weights import GOES_ON
+from dloftbs.support.arrays import ByteArray
 from dloftbs.support.values import varied
 
-_Plane = npt.NDArray[np.uint8]
 
-
-def with_ends_that_go_on(lines: Sequence[Centerline], soft: _Plane, limit: int) -> tuple[list[Centerline], bool]:
+def with_ends_that_go_on(lines: Sequence[Centerline], soft: ByteArray, limit: int) -> tuple[list[Centerline], bool]:
     """Return centre lines with near joints where the probability shows more of the cable ahead of an end.
 
     Parameters
@@ -44,7 +42,7 @@ def with_ends_that_go_on(lines: Sequence[Centerline], soft: _Plane, limit: int) 
     return found, is_more
 
 
-def with_soft_widths(lines: Sequence[Centerline], soft: _Plane) -> list[Centerline]:
+def with_soft_widths(lines: Sequence[Centerline], soft: ByteArray) -> list[Centerline]:
     """Return centre lines that are no wider than up to where the probability is half of what it is along them.
 
     Parameters

@@ -8,13 +8,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.graph import POSITION
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.data.prediction import Prediction
 from dloftbs.kernels.continuity import follow, sample_curves
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray, IntArray
 
 _STEP_WIDTHS = 0.5
 """Distance from sample to sample of a predicted curve, widths.
@@ -51,10 +50,10 @@ class PriorSamples(NamedTuple):
     """
 
     points: FloatArray
-    first: npt.NDArray[np.int64]
+    first: IntArray
     steps: FloatArray
     longest: FloatArray
-    closed: npt.NDArray[np.bool_]
+    closed: BoolArray
     weight: FloatArray
 
 
@@ -121,9 +120,7 @@ class TemporalPrior:
         """True if any two of the objects are known to be no longer one."""
         return any(one.apart for one in self.predicted)
 
-    def are_apart(
-        self, end_states: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]
-    ) -> npt.NDArray[np.bool_]:
+    def are_apart(self, end_states: FloatArray, rows: IntArray, columns: IntArray) -> BoolArray:
         """Return whether pairs of ends are those of two objects that are known not to hang together, shape (k,)."""
         ends = np.concatenate([one.curve.spline(np.array([0.0, 1.0])) for one in self.predicted])
         distances = np.linalg.norm(end_states[:, None, POSITION] - self.crop.to_oriented(ends), axis=2)
@@ -131,11 +128,9 @@ class TemporalPrior:
         near = distances.min(axis=1) < _END_WIDTHS * self.width_px
         apart = np.array([[one.id in other.apart for one in self.predicted] for other in self.predicted])
         one, other = owners[rows], owners[columns]
-        result: npt.NDArray[np.bool_] = (apart | apart.T)[one, other] & near[rows] & near[columns]
+        result: BoolArray = (apart | apart.T)[one, other] & near[rows] & near[columns]
         return result
 
-    def continuity(
-        self, end_states: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]
-    ) -> FloatArray:
+    def continuity(self, end_states: FloatArray, rows: IntArray, columns: IntArray) -> FloatArray:
         """Return how well pairs of ends continue each other along one of the curves, each in 0..1."""
         return follow(end_states, rows, columns, *self.samples, self.width_px)

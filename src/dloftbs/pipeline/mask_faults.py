@@ -9,12 +9,11 @@ from typing import Any, NamedTuple
 import cv2
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig
 from dloftbs.data.detection import Detection
-from dloftbs.support.arrays import AnyArray
+from dloftbs.support.arrays import AnyArray, ByteArray
 
 _MAX_MASKS = 5
 """Number of masks that are looked at.
@@ -120,7 +119,7 @@ def _told(kind: str, sizes: list[float], masks: int) -> str:
     return f"{count} {name}{plural} of about {np.median(sizes):.0f} px"
 
 
-def _measure(mask: npt.NDArray[np.uint8], width_px: float, faults: _Faults) -> int:
+def _measure(mask: ByteArray, width_px: float, faults: _Faults) -> int:
     """Add the faults of a mask of 0 and 1 to the others; return the pixels of its thick part, specks aside."""
     square = np.ones((3, 3), np.uint8)
     padded = cv2.copyMakeBorder(mask, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
@@ -140,9 +139,7 @@ def _measure(mask: npt.NDArray[np.uint8], width_px: float, faults: _Faults) -> i
     return int(np.count_nonzero(thick)) - sum(marked for _, marked in specks)
 
 
-def _parts(
-    pixels: npt.NDArray[np.uint8], marked: npt.NDArray[np.uint8], connectivity: int = 8
-) -> Iterator[tuple[int, int, float]]:
+def _parts(pixels: ByteArray, marked: ByteArray, connectivity: int = 8) -> Iterator[tuple[int, int, float]]:
     """Yield the number of pixels of each connected part, of those among them that are marked, and its length, px."""
     number, labels, stats, _ = cv2.connectedComponentsWithStats(np.ascontiguousarray(pixels), connectivity=connectivity)
     inside = np.bincount(labels.ravel(), weights=marked.ravel() != 0, minlength=number)

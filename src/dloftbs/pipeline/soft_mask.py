@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.config import Config
 from dloftbs.data.centerline import Centerline
 from dloftbs.data.frame import Frame
 from dloftbs.kernels.shared.soft_masks import HALF, LEAST_PROBABLE
-from dloftbs.support.arrays import AnyArray
+from dloftbs.support.arrays import AnyArray, BoolArray, ByteArray
 
 _LIMITS = (HALF, HALF // 2, HALF // 4, LEAST_PROBABLE)
 """Least values of cable that are tried, of 256.
@@ -27,7 +26,7 @@ Source: by definition; nine in ten are whole cables.
 """
 
 
-def plain_mask(frame: Frame, config: Config) -> npt.NDArray[np.bool_]:
+def plain_mask(frame: Frame, config: Config) -> BoolArray:
     """Return what the mask of a frame says is cable, shape (H, W), where the configuration may say what its values are.
 
     See `Frame.is_cable`.
@@ -38,7 +37,7 @@ def plain_mask(frame: Frame, config: Config) -> npt.NDArray[np.bool_]:
     return is_cable
 
 
-def readings_of(soft: npt.NDArray[np.uint8]) -> Iterator[tuple[int, AnyArray]]:
+def readings_of(soft: ByteArray) -> Iterator[tuple[int, AnyArray]]:
     """Yield limits, the highest first, and what is cable by each (H, W): parts that are rather cable somewhere.
 
     This is a threshold with hysteresis, as Canny's (PAMI 1986): a part is taken down to the limit if any pixel of it

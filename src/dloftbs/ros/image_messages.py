@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.errors import InputError, SourceError
 from dloftbs.ros.compressed_depth import decode_compressed_depth
 from dloftbs.ros.message_fields import bytes_in, count_in, text_in
 from dloftbs.sources.image_header import is_lossy
 from dloftbs.sources.pixels import check_pixels, decode
-from dloftbs.support.arrays import AnyArray
+from dloftbs.support.arrays import AnyArray, ByteArray
 from dloftbs.support.values import shown
 
 
@@ -159,7 +158,7 @@ def _check_shape(layout: _Layout, encoding: str, height: int, width: int) -> Non
         raise InputError(f"{encoding} needs at least {_MIN_BAYER} x {_MIN_BAYER} pixels, got {width} x {height}")
 
 
-def _with_chroma(data: npt.NDArray[np.uint8], height: int, width: int, step: int) -> AnyArray:
+def _with_chroma(data: ByteArray, height: int, width: int, step: int) -> AnyArray:
     """Return U Y V Y (H, 2 W, 2) of a plane of luma and one of the chroma of each pixel: each pixel twice."""
     split = height * step
     chroma = data[split:].reshape(height, 2 * step)[:, : 2 * width].reshape(height, width, 2)

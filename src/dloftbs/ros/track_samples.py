@@ -6,14 +6,13 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.spans import inside
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
 from dloftbs.support.array_likes import as_array
-from dloftbs.support.arrays import FloatArray, as_points, as_vector
+from dloftbs.support.arrays import BoolArray, FloatArray, as_points, as_vector
 from dloftbs.support.values import check_type, set_fields, shown
 
 SAMPLES = 100
@@ -42,7 +41,7 @@ class SampledTrack:
     track: Track
     points: FloatArray
     s: FloatArray
-    inferred: npt.NDArray[np.bool_]
+    inferred: BoolArray
 
     def __post_init__(self) -> None:
         check_type("track", self.track, Track)

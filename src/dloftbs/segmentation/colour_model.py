@@ -20,7 +20,7 @@ from dloftbs.segmentation.colour_table import LEVELS, ColourTable
 from dloftbs.segmentation.pixel_classifier import PixelClassifier
 from dloftbs.segmentation.pixel_samples import PixelSample
 from dloftbs.segmentation.stroke_widths import CableAxis
-from dloftbs.support.arrays import FloatArray, check_image
+from dloftbs.support.arrays import BoolArray, ByteArray, FloatArray, check_image
 from dloftbs.support.values import check_all, check_text, check_type, shown
 
 _CABLE_SCALES = ((0.6, 0.25, 0.05), (0.3, 0.40, 0.10), (0.1, 0.50, 0.30))
@@ -148,7 +148,7 @@ class ColourModel:
         is_found = blurred >= _FOUND or sharp >= 0.5 * (1.0 + _FOUND)  # without blur, half as much may be missing
         return bool(is_found and beside <= 2.0 * (1.0 - _FOUND))
 
-    def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
+    def __call__(self, image: ByteArray) -> BoolArray:
         """Segment an image.
 
         Parameters
@@ -170,7 +170,7 @@ class ColourModel:
             return self._table(image).view(np.bool_)
         return np.asarray(self.probability(image) >= 0.5)
 
-    def probability(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+    def probability(self, image: ByteArray) -> npt.NDArray[np.float32]:
         """Return the probability that each pixel of an image (H, W, 3) is cable, shape (H, W), float32.
 
         Raises
@@ -183,7 +183,7 @@ class ColourModel:
             return np.asarray(self._by_colour[log_colours.cells_of(image)], np.float32)
         return self._pixels(image)
 
-    def _near(self, image: npt.NDArray[np.uint8], places: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
+    def _near(self, image: ByteArray, places: ByteArray) -> BoolArray:
         """Return the mask of an image (H, W, 3) around places, non-zero in (H, W): elsewhere nothing is cable.
 
         A colour that decides alone decides everywhere: it costs no more.
@@ -197,7 +197,7 @@ class ColourModel:
             return self(image)
         return np.asarray(self._pixels(check_image(image), places) >= 0.5)
 
-    def colour_log_odds(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+    def colour_log_odds(self, image: ByteArray) -> npt.NDArray[np.float32]:
         """Return the log-odds that the colour of each pixel (H, W, 3) is a cable's, where both are as frequent."""
         return np.asarray(self._log_ratio.ravel()[log_colours.cells_of(check_image(image))])
 
@@ -292,7 +292,7 @@ class ColourModel:
 
 
 def picture_of(
-    image: npt.NDArray[np.uint8],
+    image: ByteArray,
     strokes: Sequence[Stroke],
     roi: Roi | None = None,
     share: float = 1.0,
@@ -344,9 +344,7 @@ def _items(name: str, values: object) -> tuple[Any, ...]:
     return tuple(values)
 
 
-def _is_cable(
-    log_ratio: npt.NDArray[np.float32], samples: Sequence[ColourSample], *, accept: bool
-) -> npt.NDArray[np.bool_]:
+def _is_cable(log_ratio: npt.NDArray[np.float32], samples: Sequence[ColourSample], *, accept: bool) -> BoolArray:
     """Return which cells of colours are cable, shape (64, 64, 64): red, green, blue."""
     cells = log_ratio > 0.0
     if accept:
@@ -355,14 +353,14 @@ def _is_cable(
     return np.asarray(cells)
 
 
-def _colour_bits(cells: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint8]:
+def _colour_bits(cells: BoolArray) -> ByteArray:
     """Return the bit of every colour, shape (256 red, 256 green, 32 bytes of 8 blues)."""
     repeat = LEVELS // log_colours.CELLS
     bits = np.packbits(np.repeat(cells, repeat, axis=2), axis=2, bitorder="little")
     return np.ascontiguousarray(np.repeat(np.repeat(bits, repeat, axis=0), repeat, axis=1))
 
 
-def _probability(log_ratio: npt.NDArray[np.float32], cells: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
+def _probability(log_ratio: npt.NDArray[np.float32], cells: BoolArray) -> npt.NDArray[np.float32]:
     """Return the probability of each cell of colours, at least one half where it is cable, shape (64**3,)."""
     odds = np.where(cells, np.maximum(log_ratio, 0.0), np.minimum(log_ratio, -1e-3)).ravel()
     return np.asarray(1.0 / (1.0 + np.exp(-odds)), np.float32)

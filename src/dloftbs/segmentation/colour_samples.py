@@ -11,13 +11,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.config import Stroke
 from dloftbs.data.frame_region import Region
 from dloftbs.errors import ConfigError, InputError
 from dloftbs.segmentation import log_colours
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, ByteArray, FloatArray, IntArray
 from dloftbs.support.values import shown
 
 _STEPS = 4
@@ -52,7 +51,7 @@ class ColourSample:
     rest: FloatArray
 
     @classmethod
-    def of(cls, image: npt.NDArray[np.uint8], strokes: Sequence[Stroke], region: Region | None = None) -> ColourSample:
+    def of(cls, image: ByteArray, strokes: Sequence[Stroke], region: Region | None = None) -> ColourSample:
         """Count the colours of a picture (H, W, 3); where there are no strokes, those of a region of it alone.
 
         Raises
@@ -96,7 +95,7 @@ class ColourSample:
         return cls(*parts)
 
 
-def pixels_of(size: tuple[int, ...], strokes: Sequence[Stroke]) -> npt.NDArray[np.bool_]:
+def pixels_of(size: tuple[int, ...], strokes: Sequence[Stroke]) -> BoolArray:
     """Return the pixels beneath strokes, shape (H, W).
 
     Raises
@@ -123,19 +122,19 @@ def pixels_of(size: tuple[int, ...], strokes: Sequence[Stroke]) -> npt.NDArray[n
     return mask > 0
 
 
-def _rounded(counts: npt.NDArray[np.int64]) -> FloatArray:
+def _rounded(counts: IntArray) -> FloatArray:
     """Return counts as the text keeps them: a quarter of a doubling apart."""
     return _from_steps(_to_steps(counts))
 
 
-def _to_steps(counts: npt.NDArray[np.int64] | FloatArray) -> npt.NDArray[np.uint8]:
+def _to_steps(counts: IntArray | FloatArray) -> ByteArray:
     steps = np.zeros(counts.shape, np.uint8)
     filled = counts > 0
     steps[filled] = np.minimum(1 + np.rint(_STEPS * np.log2(counts[filled])), 255)
     return steps
 
 
-def _from_steps(steps: npt.NDArray[np.uint8]) -> FloatArray:
+def _from_steps(steps: ByteArray) -> FloatArray:
     return np.where(steps > 0, np.exp2((steps.astype(np.float64) - 1.0) / _STEPS), 0.0)
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.segmentation.kernels import colour_table as kernels
-from dloftbs.support.arrays import check_image
+from dloftbs.support.arrays import ByteArray, check_image
 
 LEVELS = 256
 """Levels of a channel.
@@ -24,11 +23,11 @@ class ColourTable:
         Bit ``blue & 7`` of byte ``blue >> 3`` is set where the colour is in the table.
     """
 
-    def __init__(self, bits: npt.NDArray[np.uint8]) -> None:
+    def __init__(self, bits: ByteArray) -> None:
         self._fine = bits.ravel()
         self._coarse = _coarse_table(bits)
 
-    def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    def __call__(self, image: ByteArray) -> ByteArray:
         """Segment an image.
 
         Parameters
@@ -52,7 +51,7 @@ class ColourTable:
         return mask.reshape(image.shape[:2])
 
 
-def _coarse_table(table: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+def _coarse_table(table: ByteArray) -> ByteArray:
     """Say of each cell of 8 reds, 4 greens and 8 blues whether none, all or some are in the table, shape (65536,)."""
     cells = table.reshape(32, 8, 64, 4, 32)
     common, any_of = np.bitwise_and.reduce(cells, axis=(1, 3)), np.bitwise_or.reduce(cells, axis=(1, 3))

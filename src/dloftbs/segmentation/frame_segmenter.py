@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar, cast
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.config import BackgroundConfig, LocalConfig, Roi, SegmentationConfig
 from dloftbs.data.frame import Frame
@@ -23,11 +22,11 @@ from dloftbs.segmentation.local import LocalSegmenter
 from dloftbs.segmentation.network import NetworkSegmenter
 from dloftbs.segmentation.plane import PlaneSegmenter
 from dloftbs.segmentation.stroke_segmenter import StrokeSegmenter
-from dloftbs.support.arrays import AnyArray, check_mask
+from dloftbs.support.arrays import AnyArray, BoolArray, ByteArray, check_mask
 
-_OfImage = Callable[[npt.NDArray[np.uint8]], AnyArray]
+_OfImage = Callable[[ByteArray], AnyArray]
 
-Segmenter = _OfImage | Callable[[npt.NDArray[np.uint8], Prompt], AnyArray]
+Segmenter = _OfImage | Callable[[ByteArray, Prompt], AnyArray]
 """Any function from an image (H, W, 3) BGR uint8 to a mask or a probability (H, W); or from an image and a `Prompt`."""
 
 _Function = TypeVar("_Function", bound=Callable[..., AnyArray])
@@ -165,7 +164,7 @@ def _either(one: AnyArray, other: AnyArray) -> AnyArray:
     return np.asarray(_is_cable(one) | _is_cable(other))
 
 
-def _is_cable(mask: AnyArray) -> npt.NDArray[np.bool_]:
+def _is_cable(mask: AnyArray) -> BoolArray:
     return np.asarray(mask >= 0.5 if mask.dtype.kind == "f" else mask != 0)
 
 

@@ -6,12 +6,11 @@ import logging
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.prompt import Prompt
 from dloftbs.segmentation import log_colours
 from dloftbs.segmentation.colour_model import ColourModel
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import ByteArray, FloatArray, IntArray
 
 _STEP = np.array([0.04, 0.01, 0.01])
 """Change of the logarithm of the light from a frame to the next, in lightness and the two tints.
@@ -59,7 +58,7 @@ class LightDrift:
         """Light as a multiple of that in the pictures with strokes, shape (3,): blue, green, red."""
         return np.asarray(np.exp((_STEP * self._steps) @ log_colours.AXES)[::-1])
 
-    def update(self, image: npt.NDArray[np.uint8], prompt: Prompt) -> None:
+    def update(self, image: ByteArray, prompt: Prompt) -> None:
         """Take a step where the colours at a prompt's points ask for one; without points, a step back."""
         if not len(prompt.points):
             self._steps -= np.sign(self._steps)
@@ -84,16 +83,16 @@ class LightDrift:
                 np.round(self.factors, 2).tolist(),
             )
 
-    def _log_odds(self, colours: npt.NDArray[np.uint8], steps: npt.NDArray[np.int64]) -> FloatArray:
+    def _log_odds(self, colours: ByteArray, steps: IntArray) -> FloatArray:
         corrected = _corrected(colours[:, None], steps)
         return np.asarray(self._model.colour_log_odds(corrected)[:, 0], np.float64)
 
-    def corrected(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    def corrected(self, image: ByteArray) -> ByteArray:
         """Return an image as it would be in the light that strokes were drawn in."""
         return _corrected(image, self._steps) if self._steps.any() else image
 
 
-def _corrected(image: npt.NDArray[np.uint8], steps: npt.NDArray[np.int64]) -> npt.NDArray[np.uint8]:
+def _corrected(image: ByteArray, steps: IntArray) -> ByteArray:
     factors = np.exp(-(_STEP * steps) @ log_colours.AXES)[::-1]
     levels = np.arange(256.0)[:, None] + log_colours.OFFSET
     table = np.clip(np.rint(levels * factors - log_colours.OFFSET), 0.0, 255.0).astype(np.uint8)

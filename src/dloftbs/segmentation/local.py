@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.config import LocalConfig
 from dloftbs.segmentation.contrast import (
@@ -17,7 +16,7 @@ from dloftbs.segmentation.contrast import (
     noise_of,
     pixels_of,
 )
-from dloftbs.support.arrays import check_image
+from dloftbs.support.arrays import ByteArray, check_image
 
 _WINDOW = 3.0
 """Side of the square that the surroundings are looked for in, in widths of the widest cable.
@@ -55,7 +54,7 @@ class LocalSegmenter:
     def __init__(self, config: LocalConfig) -> None:
         self._config = config
 
-    def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    def __call__(self, image: ByteArray) -> ByteArray:
         """Return 1 for the pixels that stand out on the side of the configuration, shape (H, W).
 
         Parameters

@@ -15,6 +15,7 @@ from dloftbs.segmentation.line_prior import LinePrior, PixelMaps
 from dloftbs.segmentation.local_colours import at_edges
 from dloftbs.segmentation.pixel_samples import PixelSample
 from dloftbs.segmentation.trees import Trees
+from dloftbs.support.arrays import ByteArray
 
 _IS_CABLE = 1.0, 0.0, 0.0, 0.0
 """Whether each kind of samples is cable. The rest of a picture is unlabelled: a part of it is, which the line prior,
@@ -73,14 +74,14 @@ class PixelClassifier:
         drawn = np.concatenate([sample.cells_of_cables() for sample in samples])
         self._least = max(1, int(np.quantile(self._by_colour[drawn], _REJECTED)))
 
-    def maps(self, image: npt.NDArray[np.uint8]) -> PixelMaps:
+    def maps(self, image: ByteArray) -> PixelMaps:
         """Return the probabilities of the pixels of a resized image; cables are `canonical.WIDTH_PX` wide there.
 
         Pixels whose colour, and that of whose neighbours, is no cable's have probability 0: they cost little.
         """
         return self._maps_of(self._resized(image)[0])
 
-    def _resized(self, image: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
+    def _resized(self, image: ByteArray) -> tuple[ByteArray, ByteArray]:
         """Return an image in which cables are `canonical.WIDTH_PX` wide, and the finer one that it is made of."""
         fine = canonical.resized(image, self.width_px, 2.0 * canonical.WIDTH_PX)
         return canonical.resized(fine, self._fine_px()), fine
@@ -89,7 +90,7 @@ class PixelClassifier:
         """Return the width of cables in the finer image, px."""
         return self.width_px / canonical.shrinking(self.width_px, 2.0 * canonical.WIDTH_PX)
 
-    def _maps_of(self, small: npt.NDArray[np.uint8], near: npt.NDArray[np.uint8] | None = None) -> PixelMaps:
+    def _maps_of(self, small: ByteArray, near: ByteArray | None = None) -> PixelMaps:
         colour = self._by_colour[log_colours.cells_of(small)]
         maybe = cv2.dilate((colour >= self._least).view(np.uint8), np.ones((3, 3), np.uint8))
         pixels = np.flatnonzero(maybe if near is None else maybe & near)
@@ -98,9 +99,7 @@ class PixelClassifier:
         own.ravel()[pixels] = by_all
         return PixelMaps(own, colour, pixels[by_all >= 255.0 * _UNLIKELY])
 
-    def __call__(
-        self, image: npt.NDArray[np.uint8], places: npt.NDArray[np.uint8] | None = None
-    ) -> npt.NDArray[np.float32]:
+    def __call__(self, image: ByteArray, places: ByteArray | None = None) -> npt.NDArray[np.float32]:
         """Return the probability that each pixel of an image (H, W, 3) is cable, shape (H, W).
 
         Where places are given, non-zero in (H, W), it is 0 farther from them than lines reach: four widths.
@@ -115,7 +114,7 @@ class PixelClassifier:
             found[part] = self._of(np.ascontiguousarray(image[part]), places[part])
         return found
 
-    def _of(self, image: npt.NDArray[np.uint8], places: npt.NDArray[np.uint8] | None = None) -> npt.NDArray[np.float32]:
+    def _of(self, image: ByteArray, places: ByteArray | None = None) -> npt.NDArray[np.float32]:
         small, fine = self._resized(image)
         near = None
         if places is not None:

@@ -14,7 +14,7 @@ from scipy import ndimage
 
 from dloftbs.config import Stroke
 from dloftbs.segmentation.colour_samples import SUBPIXEL_BITS, pixels_of
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, ByteArray, FloatArray, IntArray
 
 _REACH = 0.11
 """Largest half width of a cable, as a share of the picture's shorter side.
@@ -66,8 +66,8 @@ Source: by hand; a stripe is seldom wider than what is dark on either side of it
 class CablesBeneath(NamedTuple):
     """Pixels of cables and of the ground beside them (H, W), and the median width in px; NaN where none has edges."""
 
-    cable: npt.NDArray[np.bool_]
-    beside: npt.NDArray[np.bool_]
+    cable: BoolArray
+    beside: BoolArray
     width_px: float
 
 
@@ -76,7 +76,7 @@ class CableAxis(NamedTuple):
 
     places: FloatArray
     normals: FloatArray
-    is_clear: npt.NDArray[np.bool_]
+    is_clear: BoolArray
     width_px: float
 
 
@@ -84,21 +84,21 @@ class _Band(NamedTuple):
     """Band between two edges: its width in px, and the numbers of the left edge along a stroke (n,)."""
 
     width_px: int
-    left: npt.NDArray[np.int64]
+    left: IntArray
 
-    def outsides(self, reach: int) -> tuple[tuple[int, npt.NDArray[np.int64]], ...]:
+    def outsides(self, reach: int) -> tuple[tuple[int, IntArray], ...]:
         """Return, for each side, the direction away and the columns (n,) just outside, of colours twice the reach."""
         return (-1, self.left + reach + 1), (1, self.left + reach + 2 + self.width_px)
 
 
-def axes_beneath(image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> dict[Stroke, CableAxis | None]:
+def axes_beneath(image: ByteArray, strokes: Sequence[Stroke]) -> dict[Stroke, CableAxis | None]:
     """Return the axis of the cable beneath each stroke on an image (H, W, 3) BGR; None where no width shows."""
     lab = cv2.cvtColor(image.astype(np.float32) / 255.0, cv2.COLOR_BGR2Lab)
     return {stroke: _axis(lab, stroke) if stroke.cable else None for stroke in strokes}
 
 
 def cables_beneath(
-    image: npt.NDArray[np.uint8], strokes: Sequence[Stroke], axes: Mapping[Stroke, CableAxis | None] | None = None
+    image: ByteArray, strokes: Sequence[Stroke], axes: Mapping[Stroke, CableAxis | None] | None = None
 ) -> CablesBeneath:
     """Find the cables that strokes were drawn along.
 
@@ -175,9 +175,7 @@ def _axis(lab: npt.NDArray[np.float32], stroke: Stroke) -> CableAxis | None:
     return CableAxis(places + aside[:, None] * normals, normals, is_clear, float(width))
 
 
-def _left_edge(
-    edges: npt.NDArray[np.float32], right: npt.NDArray[np.int64], never: npt.NDArray[np.float32]
-) -> npt.NDArray[np.int64]:
+def _left_edge(edges: npt.NDArray[np.float32], right: IntArray, never: npt.NDArray[np.float32]) -> IntArray:
     """Return the numbers of the left edge along a stroke (n,) of the strongest band of one width."""
     ways = [row[0] for row in _ways(edges, right, never)]
     at = int(ways[-1].argmax())
@@ -212,16 +210,14 @@ def _is_whole(across: npt.NDArray[np.float32], reach: int, band: _Band, wider: S
     return True
 
 
-def _colours(
-    across: npt.NDArray[np.float32], first: npt.NDArray[np.int64], away: int, count: int
-) -> npt.NDArray[np.float32]:
+def _colours(across: npt.NDArray[np.float32], first: IntArray, away: int, count: int) -> npt.NDArray[np.float32]:
     """Return the median colours along a stroke, from a column at each place on in a direction, shape (count, 3)."""
     columns = np.clip(first[:, None] + away * np.arange(count), 0, across.shape[1] - 1)
     return np.asarray(np.median(np.take_along_axis(across, columns[:, :, None], axis=1), axis=0))
 
 
 def _ways(
-    edges: npt.NDArray[np.float32], right: npt.NDArray[np.int64], never: npt.NDArray[np.float32]
+    edges: npt.NDArray[np.float32], right: IntArray, never: npt.NDArray[np.float32]
 ) -> Iterator[npt.NDArray[np.float32]]:
     """Yield the greatest sum of edges up to each place, of ways that lead to each left edge (widths, edges)."""
     best = np.zeros_like(never)
@@ -246,14 +242,7 @@ def _places(stroke: Stroke) -> tuple[FloatArray, FloatArray]:
     return places, np.stack((-tangents[:, 1], tangents[:, 0]), axis=1)
 
 
-def _fill(
-    mask: npt.NDArray[np.uint8],
-    centre: FloatArray,
-    normal: FloatArray,
-    clear: npt.NDArray[np.bool_],
-    low: float,
-    high: float,
-) -> None:
+def _fill(mask: ByteArray, centre: FloatArray, normal: FloatArray, clear: BoolArray, low: float, high: float) -> None:
     """Fill the strip between two offsets from an axis where that is clear."""
     one, other = centre + low * normal, centre + high * normal
     for k in np.flatnonzero(clear[:-1] & clear[1:]):

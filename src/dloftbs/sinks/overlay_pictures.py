@@ -10,7 +10,6 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
@@ -19,12 +18,12 @@ from dloftbs.sinks._earlier_files import EarlierFiles
 from dloftbs.sinks._images import encode, fitted
 from dloftbs.sinks._mp4 import H264Mp4
 from dloftbs.sinks.sink import PathSink
-from dloftbs.support.arrays import check_image
+from dloftbs.support.arrays import ByteArray, check_image
 from dloftbs.support.safe_files import AppendFile, UnusedNames, claim_file, claim_folder, write_whole
 
 logger = logging.getLogger("dloftbs.sinks")
 
-Draw = Callable[[Frame, FrameResult], npt.NDArray[np.uint8]]
+Draw = Callable[[Frame, FrameResult], ByteArray]
 """Frame and result to a picture (H, W, 3), BGR."""
 
 VIDEO_SUFFIXES = (".mp4", ".mov")
@@ -39,7 +38,7 @@ _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNOREC
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
-def _default_draw(frame: Frame, result: FrameResult) -> npt.NDArray[np.uint8]:
+def _default_draw(frame: Frame, result: FrameResult) -> ByteArray:
     from dloftbs import viz
 
     return viz.draw(frame, result)

@@ -8,7 +8,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import BSpline
 
 from dloftbs.data.curve import BSplineCurve
@@ -19,7 +18,7 @@ from dloftbs.stereo.kernels.epipolar_paths import WIDTH_STD
 from dloftbs.stereo.kernels.observations import DEPTH, WEIGHT
 from dloftbs.stereo.kernels.space_fit import fit_views
 from dloftbs.stereo.kernels.start_curve import start_curve
-from dloftbs.support.arrays import AnyArray, FloatArray, frozen
+from dloftbs.support.arrays import AnyArray, BoolArray, FloatArray, IntArray, frozen
 
 _BENDING = 10.0
 """Spectral density of the second derivative by arc length that a cable is expected to have, 1 / m.
@@ -81,8 +80,6 @@ _LEAST_CONTROL, _MOST_CONTROL = 8, 80
 Source: by hand; two for each bend of an S, and as many as bound the time.
 """
 
-_Ints = npt.NDArray[np.int64]
-
 
 class Pose(NamedTuple):
     """From the frame of the first view to that of another: ``p_view = rotation @ p + shift``."""
@@ -127,7 +124,7 @@ class SpaceCurve(NamedTuple):
 
     curve: BSplineCurve
     std_m: FloatArray
-    shown: npt.NDArray[np.bool_]
+    shown: BoolArray
     residual_px: float
     width_m: float
 
@@ -220,7 +217,7 @@ def fit_in_space(
     return SpaceCurve(_loop(control, turn), std[own], shown[own], residual_px, width_m)
 
 
-def _observations_of(sights: Sequence[Sight]) -> tuple[FloatArray, FloatArray, _Ints]:
+def _observations_of(sights: Sequence[Sight]) -> tuple[FloatArray, FloatArray, IntArray]:
     """Return the places, the rows and the views of what is part of the object."""
     t = np.concatenate([sight.t for sight in sights])
     rows = np.concatenate([sight.rows for sight in sights])
@@ -253,7 +250,7 @@ def _loop(control: FloatArray, turn: int) -> BSplineCurve:
 
 
 @lru_cache(maxsize=256)
-def _places(spans: int, count: int) -> _Ints:
+def _places(spans: int, count: int) -> IntArray:
     """Return the knot span of each of so many even places."""
     return np.minimum((np.linspace(0.0, 1.0, count) * spans).astype(np.int64), spans - 1)
 

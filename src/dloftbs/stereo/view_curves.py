@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.detection import Detection
@@ -16,7 +15,7 @@ from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.stereo.kernels.line_blocks import block_means, block_noise, observe
 from dloftbs.stereo.kernels.observations import COLUMNS, DEPTH, SHARED, WEIGHT, half_widths
 from dloftbs.stereo.shutters import Steps, values_at
-from dloftbs.support.arrays import AnyArray, FloatArray
+from dloftbs.support.arrays import AnyArray, BoolArray, FloatArray
 
 _BLOCK_POINTS = 9
 """Number of points of a centre line that one observation is the mean of.
@@ -70,7 +69,7 @@ class ViewCurve(NamedTuple):
 
     nodes: FloatArray
     widths: FloatArray
-    shown: npt.NDArray[np.bool_]
+    shown: BoolArray
     places: FloatArray
     rows: FloatArray
     closed: bool

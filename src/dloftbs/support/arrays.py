@@ -12,6 +12,9 @@ from dloftbs.support.array_likes import as_array, as_pixels
 
 AnyArray = npt.NDArray[Any]
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+ByteArray = npt.NDArray[np.uint8]
 
 LARGEST = 1e12
 """Px or metres: no coordinate is larger, so that lengths and curvatures of curves are finite."""

@@ -6,10 +6,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.evidence import Appearance, OcclusionEvidence, compare_pairs
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray, IntArray
 from dloftbs.tracking.kernels.pairs import ratios_differ
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.sight import samples_within
@@ -38,7 +37,7 @@ def with_appearances(observations: Sequence[Observation], evidence: OcclusionEvi
     ]
 
 
-def objects_differ(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:
+def objects_differ(models: Sequence[TrackModel], observations: Sequence[Observation]) -> BoolArray:
     """Return, for each track and observation, True if they differ clearly, in colour or in width, shape (t, d)."""
     own, found = (np.array([one.width for one in some], np.float64) for some in (models, observations))
     by_width = ratios_differ(own, found, MAX_WIDTH_RATIO)
@@ -46,7 +45,7 @@ def objects_differ(models: Sequence[TrackModel], observations: Sequence[Observat
         return by_width
     colours = _colours([*(one.appearance for one in models), *(one.appearance for one in observations)])
     pairs = np.indices(by_width.shape).reshape(2, -1).T + np.array([0, len(models)])
-    by_colour: npt.NDArray[np.bool_] = compare_pairs(*colours, pairs).reshape(by_width.shape)
+    by_colour: BoolArray = compare_pairs(*colours, pairs).reshape(by_width.shape)
     return by_width | by_colour
 
 
@@ -56,7 +55,7 @@ def colour_differs(model: TrackModel, observation: Observation) -> bool:
     return own is not None and found is not None and bool(compare_pairs(*_colours([own, found]), np.array([[0, 1]]))[0])
 
 
-def _colours(appearances: Sequence[Appearance | None]) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64]]:
+def _colours(appearances: Sequence[Appearance | None]) -> tuple[FloatArray, FloatArray, IntArray]:
     """Return median colours (n, 3), NaN where they are unknown, all samples (k, 3), and their offsets (n + 1,)."""
     known = [_UNKNOWN if one is None else one for one in appearances]
     offsets = np.cumsum([0, *(len(one.cable) for one in known)])

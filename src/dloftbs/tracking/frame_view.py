@@ -7,14 +7,13 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.curve_samples import SAMPLES, sample_curve
 from dloftbs.data.frame_region import distances_to
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
 from dloftbs.kernels.polyline_lengths import arc_parameter
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import FloatArray, IntArray
 from dloftbs.tracking.kernels.interpolation import extend_ends
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE
@@ -124,7 +123,7 @@ class View:
         in_sight = [HIDDEN not in end and end[-1] == IN_SIGHT for end in (start, stop)]
         return EndView(first, hidden[0], in_sight[0]), EndView(last, hidden[1], in_sight[1])
 
-    def look(self, points: FloatArray, width: float, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:
+    def look(self, points: FloatArray, width: float, curve_3d: BSplineCurve | None) -> IntArray | None:
         """Return what the frame shows of the samples of a curve; None if it shows nothing."""
         if self.occlusion is None:
             return None

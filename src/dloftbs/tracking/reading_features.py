@@ -8,11 +8,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.curve_samples import SAMPLES, U
 from dloftbs.evidence import HIDDEN
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.kernels.pairs import lie_near, mean_distance
@@ -140,9 +139,7 @@ def _measure_track(
     )
 
 
-def _is_covered(
-    model: TrackModel, observations: Sequence[Observation], view: View, width: float
-) -> npt.NDArray[np.bool_]:
+def _is_covered(model: TrackModel, observations: Sequence[Observation], view: View, width: float) -> BoolArray:
     """Return which samples of a track, as predicted, lie on any observation, or under what is known to hide them."""
     covered = lie_near(model.predicted, np.array([one.points for one in observations]), width)
     known = view.look(model.predicted, model.width, model.shape_3d)

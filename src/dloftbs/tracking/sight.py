@@ -6,11 +6,10 @@ from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.curve_samples import SAMPLES, U
 from dloftbs.evidence import HIDDEN, IN_SIGHT
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray, IntArray
 from dloftbs.tracking.kernels.hidden_spans import find_runs
 from dloftbs.tracking.partial_match import WHOLE
 
@@ -39,7 +38,7 @@ Source: by definition.
 """
 
 Spans = tuple[tuple[float, float], ...]
-Told = npt.NDArray[np.int64] | None
+Told = IntArray | None
 
 
 @dataclass(slots=True, eq=False)
@@ -71,7 +70,7 @@ class Sight:
     unseen_s: FloatArray = field(default_factory=lambda: np.zeros(SAMPLES))
     mean_unseen_s: float = 0.0
     hidden: Spans = ()
-    in_sight: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(SAMPLES, dtype=np.bool_))
+    in_sight: BoolArray = field(default_factory=lambda: np.zeros(SAMPLES, dtype=np.bool_))
     is_covered: bool = False
     confidence: float = 1.0
 
@@ -143,7 +142,7 @@ class Sight:
         self.mean_unseen_s = float(self.unseen_s.mean())
 
 
-def samples_within(spans: Spans) -> npt.NDArray[np.bool_]:
+def samples_within(spans: Spans) -> BoolArray:
     """Return a mask (SAMPLES,) of the samples that lie in spans of ``u``."""
     result = np.zeros(SAMPLES, dtype=np.bool_)
     for low, high in spans:
@@ -151,7 +150,7 @@ def samples_within(spans: Spans) -> npt.NDArray[np.bool_]:
     return result
 
 
-def _in_sight(told: Told, widths: float) -> npt.NDArray[np.bool_]:
+def _in_sight(told: Told, widths: float) -> BoolArray:
     """Return the samples in plain sight, but for stretches that are too short to decide."""
     result = np.zeros(SAMPLES, dtype=np.bool_)
     for first, end in () if told is None else find_runs(told == IN_SIGHT).tolist():

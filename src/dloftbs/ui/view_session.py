@@ -11,15 +11,13 @@ from threading import Event, Thread
 from time import monotonic, sleep
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from dloftbs.config import Config
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
 from dloftbs.pipeline import Pipeline
 from dloftbs.pipeline.steadiness import Steadiness
+from dloftbs.support.arrays import ByteArray
 from dloftbs.support.overlap import Ahead
 from dloftbs.ui.advice import set_cables
 from dloftbs.ui.audience import Audience
@@ -194,7 +192,7 @@ class _Shown:
     def encode(self, extra: dict[str, Any]) -> bytes:
         """Return the picture with what concerns one browser alone."""
         if self._made is None:
-            picture: npt.NDArray[np.uint8] = as_picture(self._frame, Style())
+            picture: ByteArray = as_picture(self._frame, Style())
             header = {
                 **describe(self._result),
                 "number": self.number,

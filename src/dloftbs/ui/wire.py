@@ -8,9 +8,8 @@ from typing import Any
 import cv2
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.support.arrays import AnyArray
+from dloftbs.support.arrays import AnyArray, ByteArray
 from dloftbs.support.text import readable
 
 LONGEST_SIDE_PX = 1920
@@ -51,7 +50,7 @@ def _as_readable(fields: dict[str, Any]) -> dict[str, Any]:
     return {name: readable_in(value) for name, value in fields.items()}
 
 
-def encode_jpeg(image: npt.NDArray[np.uint8]) -> bytes:
+def encode_jpeg(image: ByteArray) -> bytes:
     """Return an image (H, W, 3) BGR or (H, W) as a JPEG file, reduced to `LONGEST_SIDE_PX`."""
     height, width = image.shape[:2]
     scale = LONGEST_SIDE_PX / max(height, width)

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import ByteArray, FloatArray
 from dloftbs.viz.style import Colour, Style
 
-Picture = npt.NDArray[np.uint8]
+Picture = ByteArray
 """Shape (H, W, 3), BGR."""
 
 # OpenCV takes fixed-point coordinates: 1/16 px is finer than the eye, and leaves 2^27 px of range.

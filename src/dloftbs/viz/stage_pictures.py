@@ -6,13 +6,12 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.centerline import JointKind, Segment
 from dloftbs.data.detection import Detection
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.stage_trace import StageTrace
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 from dloftbs.support.values import check_type
 from dloftbs.viz import overlay, shapes
 from dloftbs.viz.items import items_of, outline_of
@@ -72,7 +71,7 @@ def _input(trace: StageTrace, view: View, style: Style) -> tuple[str, Picture]:
     return "1  image and mask", picture
 
 
-def _outline(picture: Picture, mask: npt.NDArray[np.bool_], style: Style) -> None:
+def _outline(picture: Picture, mask: BoolArray, style: Style) -> None:
     """Draw the rim of a mask: the image stays visible inside of it."""
     inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     picture[mask & ~inner] = style.colour(0)

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, ByteArray, FloatArray
 from dloftbs.viz.shapes import Picture
 
 _MIN_SIDE_PX = 24
@@ -42,7 +41,7 @@ class View:
     zoom: float
 
     @classmethod
-    def around(cls, mask: npt.NDArray[np.bool_], panel_px: int) -> View:
+    def around(cls, mask: BoolArray, panel_px: int) -> View:
         """Return the view of a mask's bounding box, or of the whole frame, with a longer side of about `panel_px`."""
         left, top, width, height = _box(mask)
         zoom = panel_px / max(width, height)
@@ -58,7 +57,7 @@ class View:
         """Return the part of a picture (H, W, 3) of the frame."""
         return self._resized(picture)
 
-    def mask(self, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    def mask(self, mask: BoolArray) -> BoolArray:
         """Return the part of a mask (H, W) of the frame; a set pixel stays visible however small it gets."""
         return self._resized(np.where(mask, np.uint8(255), np.uint8(0))) > 0
 
@@ -74,13 +73,13 @@ class View:
     def _offset(self) -> FloatArray:
         return (0.5 - np.array([self.left, self.top])) * self.zoom - 0.5
 
-    def _resized(self, array: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    def _resized(self, array: ByteArray) -> ByteArray:
         part = array[self.top : self.top + self.height, self.left : self.left + self.width]
         how = cv2.INTER_NEAREST if self.zoom >= 1.0 else cv2.INTER_AREA
         return cv2.resize(part, self.size, interpolation=how).astype(np.uint8, copy=False)
 
 
-def _box(mask: npt.NDArray[np.bool_]) -> tuple[int, int, int, int]:
+def _box(mask: BoolArray) -> tuple[int, int, int, int]:
     height, width = mask.shape
     columns, rows = np.flatnonzero(mask.any(axis=0)), np.flatnonzero(mask.any(axis=1))
     if not len(columns):

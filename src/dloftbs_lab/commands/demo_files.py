@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import cv2
 import msgspec
-import numpy as np
-import numpy.typing as npt
 
 from dloftbs import sinks, viz
 from dloftbs._version import __version__
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SinkError
+from dloftbs.support.arrays import ByteArray
 from dloftbs.support.json_text import encode
 from dloftbs.support.safe_files import sink_errors, write_whole
 from dloftbs_lab.commands import demo_space
@@ -79,7 +78,7 @@ def render(sequence: DemoSequence, folder: Path) -> None:
             video.write(frame, FrameResult((), (), None, frame.size, index=frame.index))
 
 
-def as_it_is(frame: Frame, result: FrameResult) -> npt.NDArray[np.uint8]:
+def as_it_is(frame: Frame, result: FrameResult) -> ByteArray:
     """Return the image of a frame that was drawn, shape (H, W, 3)."""
     assert frame.image is not None  # the sequence draws images
     return frame.image

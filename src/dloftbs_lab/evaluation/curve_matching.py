@@ -11,11 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
 from dloftbs.errors import InputError
-from dloftbs.support.arrays import FloatArray, frozen
+from dloftbs.support.arrays import BoolArray, FloatArray, frozen
 from dloftbs.support.values import shown
 from dloftbs_lab.evaluation.curves import even_l3
 from dloftbs_lab.evaluation.gate import check_gate
@@ -35,7 +34,7 @@ class CurveDistances:
     """
 
     l3: FloatArray
-    forward: npt.NDArray[np.bool_]
+    forward: BoolArray
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 from dloftbs_lab.synthetic.sketch import Point, Sketch, Sprite, smooth_noise
 from dloftbs_lab.synthetic.strand import Strand
 
@@ -45,7 +44,7 @@ def place_arm(arm: Sprite, wrist: FloatArray, base: FloatArray) -> Placed:
     return arm, pair(wrist), math.atan2(reach[1], reach[0])
 
 
-def hidden_by(actors: Sequence[Placed], size: tuple[int, int]) -> npt.NDArray[np.bool_]:
+def hidden_by(actors: Sequence[Placed], size: tuple[int, int]) -> BoolArray:
     """Return what the actors hide, shape (H, W)."""
     mask = np.zeros(size, bool)
     for sprite, position, angle in actors:

@@ -8,18 +8,17 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, ByteArray, FloatArray
 from dloftbs_lab.synthetic.edge_case_drawings import Drawn
 from dloftbs_lab.synthetic.generated import visible_tubes
 from dloftbs_lab.synthetic.strand import Strand, integrate
 from dloftbs_lab.synthetic.tube import Footprint, footprint
 from dloftbs_lab.synthetic.video_coding import coded, thresholded
 
-Mask = npt.NDArray[np.bool_]
-Image = npt.NDArray[np.uint8]
+Mask = BoolArray
+Image = ByteArray
 Size = tuple[int, int]
 Range = tuple[float, float]
 

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 from dloftbs_lab.synthetic.kernels.stamping import stamp_discs
 
-Mask = npt.NDArray[np.bool_]
+Mask = BoolArray
 EndStyle = Literal["flat", "round", "frayed", "tapered"]
 END_STYLES: tuple[EndStyle, ...] = get_args(EndStyle)
 """Shapes of a cable's end: cut off, a hemisphere, single wires, a ferrule that gets thinner."""

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from itertools import groupby
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 
 _STEP_PX = 2.0
 _MAX_TURNING = math.pi
@@ -48,12 +47,12 @@ def _follows(curve: BSplineCurve, centres: FloatArray, radii: FloatArray, least_
     return all(turning[stop] - turning[start] <= _MAX_TURNING for start, stop, dark in _runs(hidden) if dark)
 
 
-def _inside(points: FloatArray, centres: FloatArray, radii: FloatArray) -> npt.NDArray[np.bool_]:
+def _inside(points: FloatArray, centres: FloatArray, radii: FloatArray) -> BoolArray:
     distance = np.linalg.norm(points[:, None] - centres[None], axis=2)
     return (distance <= radii).any(axis=1)
 
 
-def _without_specks(hidden: npt.NDArray[np.bool_], least: int) -> npt.NDArray[np.bool_]:
+def _without_specks(hidden: BoolArray, least: int) -> BoolArray:
     """Return `hidden` (n,) with runs of less than `least` visible samples hidden, too."""
     result = hidden.copy()
     for start, stop, dark in _runs(hidden):
@@ -61,7 +60,7 @@ def _without_specks(hidden: npt.NDArray[np.bool_], least: int) -> npt.NDArray[np
     return result
 
 
-def _runs(flags: npt.NDArray[np.bool_]) -> list[tuple[int, int, bool]]:
+def _runs(flags: BoolArray) -> list[tuple[int, int, bool]]:
     """Return the first and last index of each run of equal flags, and the flag."""
     runs = []
     for flag, group in groupby(enumerate(flags.tolist()), key=lambda item: item[1]):

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import ByteArray, FloatArray
 from dloftbs_lab.synthetic.space_scene import Rendering
 
 CABLE_BGR, SKIN_BGR = (196.0, 92.0, 12.0), (132.0, 164.0, 214.0)
@@ -19,15 +18,13 @@ _GRAIN, _GRAIN_PX = 9.0, 5.0
 _LIGHT = np.array([-0.40, -0.62, -0.675])
 
 
-def paint(seen: Rendering, camera: PinholeCamera, seed: int) -> npt.NDArray[np.uint8]:
+def paint(seen: Rendering, camera: PinholeCamera, seed: int) -> ByteArray:
     """Return the picture of a cable and of hands, shape (H, W, 3) BGR."""
     colours = np.where((np.arange(len(seen.radius)) < seen.cable)[:, None], CABLE_BGR, SKIN_BGR)
     return paint_spheres(seen, colours, camera, [seed])
 
 
-def paint_spheres(
-    seen: Rendering, colours: FloatArray, camera: PinholeCamera, key: Sequence[int]
-) -> npt.NDArray[np.uint8]:
+def paint_spheres(seen: Rendering, colours: FloatArray, camera: PinholeCamera, key: Sequence[int]) -> ByteArray:
     """Return the picture, shape (H, W, 3) BGR, of spheres in colours (n, 3) BGR of their own."""
     height, width = seen.depth.shape
     grain = np.random.default_rng([*key, 2]).standard_normal((height, width), dtype=np.float32)

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 from dloftbs_lab.synthetic.generated import proportion
 from dloftbs_lab.synthetic.headings import drifting, tilted, untying
 from dloftbs_lab.synthetic.motion import Heading, Sway, fit_motion, looping, smoothstep, window
@@ -27,7 +26,7 @@ MAX_IN_HANDS = 0.5
 """The same of the hands of "hands"."""
 
 Size = tuple[int, int]
-Mask = npt.NDArray[np.bool_]
+Mask = BoolArray
 Moving = Callable[[float], Strand]
 """Phase in 0..1 to a cable."""
 

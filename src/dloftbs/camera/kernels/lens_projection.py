@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import float32, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import Floats, helper, kernel, read, write
 
 NO_LENS, POLYNOMIAL, FISHEYE = 0, 1, 2
 MARGIN_PX = 0.25
@@ -23,18 +23,16 @@ _MAX_HALVINGS = 30
 _ENOUGH = 1e-24  # squared residual at which the search ends: 5e-9 px at a focal length of 5000 px
 _CONVERGED = 1e-22  # squared residual that counts as found where it cannot be made less
 
-_Floats = npt.NDArray[np.float64]
-
 
 @helper
-def _radial(s: float, k: _Floats) -> tuple[float, float]:
+def _radial(s: float, k: Floats) -> tuple[float, float]:
     """Return by what a squared radius scales the point, and one over the denominator of that."""
     inverse = 1.0 / (1.0 + s * (k[5] + s * (k[6] + s * k[7])))
     return (1.0 + s * (k[0] + s * (k[1] + s * k[4]))) * inverse, inverse
 
 
 @helper
-def _moved(x: float, y: float, s: float, scale: float, k: _Floats) -> tuple[float, float]:
+def _moved(x: float, y: float, s: float, scale: float, k: Floats) -> tuple[float, float]:
     """Return where radial, tangential and prism distortion take a point."""
     p1, p2, xy2 = k[2], k[3], 2.0 * x * y
     return (
@@ -44,7 +42,7 @@ def _moved(x: float, y: float, s: float, scale: float, k: _Floats) -> tuple[floa
 
 
 @helper
-def _bent(x: float, y: float, k: _Floats) -> tuple[float, float, float, float, float, float]:
+def _bent(x: float, y: float, k: Floats) -> tuple[float, float, float, float, float, float]:
     """Return where distortion takes a point, without tilt, and the four derivatives of that."""
     s = x * x + y * y
     scale, inverse = _radial(s, k)
@@ -62,13 +60,13 @@ def _bent(x: float, y: float, k: _Floats) -> tuple[float, float, float, float, f
 
 
 @helper
-def _tilted(x: float, y: float, tilt: _Floats) -> tuple[float, float]:
+def _tilted(x: float, y: float, tilt: Floats) -> tuple[float, float]:
     w = 1.0 / (tilt[2, 0] * x + tilt[2, 1] * y + tilt[2, 2])
     return (tilt[0, 0] * x + tilt[0, 1] * y + tilt[0, 2]) * w, (tilt[1, 0] * x + tilt[1, 1] * y + tilt[1, 2]) * w
 
 
 @helper
-def _through_polynomial(x: float, y: float, k: _Floats, tilt: _Floats, field: float) -> tuple[float, float]:
+def _through_polynomial(x: float, y: float, k: Floats, tilt: Floats, field: float) -> tuple[float, float]:
     if not x * x + y * y < field:
         return math.nan, math.nan
     bent_x, bent_y, xx, xy, yx, yy = _bent(x, y, k)
@@ -78,7 +76,7 @@ def _through_polynomial(x: float, y: float, k: _Floats, tilt: _Floats, field: fl
 
 
 @helper
-def _through_fisheye(x: float, y: float, k: _Floats, field: float) -> tuple[float, float]:
+def _through_fisheye(x: float, y: float, k: Floats, field: float) -> tuple[float, float]:
     radius = math.sqrt(x * x + y * y)
     angle = math.atan(radius)
     if not angle < field:
@@ -93,7 +91,7 @@ def _through_fisheye(x: float, y: float, k: _Floats, field: float) -> tuple[floa
 @kernel(
     read(float64, 2, "C"), int64, read(float64, 1, "C"), read(float64, 2, "C"), float64, write(float64, 2, "C")
 )  # fmt: skip
-def distort(points: _Floats, model: int, k: _Floats, tilt: _Floats, field: float, out: _Floats) -> None:
+def distort(points: Floats, model: int, k: Floats, tilt: Floats, field: float, out: Floats) -> None:
     """Distort rays as a lens does.
 
     Parameters
@@ -119,7 +117,7 @@ def distort(points: _Floats, model: int, k: _Floats, tilt: _Floats, field: float
 
 
 @helper
-def _unbent(target_x: float, target_y: float, k: _Floats, field: float) -> tuple[float, float]:
+def _unbent(target_x: float, target_y: float, k: Floats, field: float) -> tuple[float, float]:
     """Invert `_bent` by Newton's steps, halved where one leads out of the field or farther off."""
     x, y = target_x, target_y
     s = x * x + y * y
@@ -155,7 +153,7 @@ def _unbent(target_x: float, target_y: float, k: _Floats, field: float) -> tuple
 
 
 @helper
-def _unfisheyed(target_x: float, target_y: float, k: _Floats, field: float) -> tuple[float, float]:
+def _unfisheyed(target_x: float, target_y: float, k: Floats, field: float) -> tuple[float, float]:
     """Invert `_through_fisheye`: Newton's steps for the angle, within a bracket that closes."""
     target = math.sqrt(target_x * target_x + target_y * target_y)
     s = field * field
@@ -184,7 +182,7 @@ def _unfisheyed(target_x: float, target_y: float, k: _Floats, field: float) -> t
 @kernel(
     read(float64, 2, "C"), int64, read(float64, 1, "C"), read(float64, 2, "C"), float64, write(float64, 2, "C")
 )  # fmt: skip
-def undistort(points: _Floats, model: int, k: _Floats, untilt: _Floats, field: float, out: _Floats) -> None:
+def undistort(points: Floats, model: int, k: Floats, untilt: Floats, field: float, out: Floats) -> None:
     """Undo what `distort` does; the parameters are its own, but for the inverse of the homography in `untilt`."""
     for i in range(len(points)):
         if model == FISHEYE:
@@ -208,11 +206,11 @@ def undistort(points: _Floats, model: int, k: _Floats, untilt: _Floats, field: f
 def splat_depth(
     depth: npt.NDArray[np.float32],
     table: npt.NDArray[np.float32],
-    shift: _Floats,
-    intrinsics: _Floats,
+    shift: Floats,
+    intrinsics: Floats,
     model: int,
-    k: _Floats,
-    tilt: _Floats,
+    k: Floats,
+    tilt: Floats,
     field: float,
     out: npt.NDArray[np.float32],
 ) -> None:

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.kernels.compiler import helper
+from dloftbs.kernels.compiler import Words, helper
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
-
-_Words = npt.NDArray[np.uint64]
-
 
 DILATE, ERODE = np.uint64(0), ~np.uint64(0)
 
 
 @helper
-def grow(source: _Words, target: _Words, inside: _Words, flip: int) -> None:
+def grow(source: Words, target: Words, inside: Words, flip: int) -> None:
     """Add to the foreground its eight neighbours inside the image; with `flip` all ones, to the background."""
     n, rows = source.shape
     one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
@@ -34,7 +30,7 @@ def grow(source: _Words, target: _Words, inside: _Words, flip: int) -> None:
 
 
 @helper
-def _grow_straight(source: _Words, target: _Words, inside: _Words, flip: int) -> None:
+def _grow_straight(source: Words, target: Words, inside: Words, flip: int) -> None:
     """Add to the foreground its four neighbours inside the image; with `flip` all ones, to the background."""
     n, rows = source.shape
     one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
@@ -50,7 +46,7 @@ def _grow_straight(source: _Words, target: _Words, inside: _Words, flip: int) ->
 
 
 @helper
-def grow_round(source: _Words, inside: _Words, reach: int, flip: int) -> _Words:
+def grow_round(source: Words, inside: Words, reach: int, flip: int) -> Words:
     """Dilate a bitmask by an octagon, which is about a disc of a radius; with `flip` all ones, erode it."""
     n, rows = source.shape
     buffers = np.zeros((min(reach, 2), n, rows), dtype=np.uint64)
@@ -64,7 +60,7 @@ def grow_round(source: _Words, inside: _Words, reach: int, flip: int) -> _Words:
 
 
 @helper
-def grow_times(source: _Words, inside: _Words, times: int, flip: int) -> _Words:
+def grow_times(source: Words, inside: Words, times: int, flip: int) -> Words:
     """Dilate a bitmask by a square of side ``2 times + 1``; with `flip` all ones, erode it."""
     n, rows = source.shape
     buffers = np.zeros((min(times, 2), n, rows), dtype=np.uint64)

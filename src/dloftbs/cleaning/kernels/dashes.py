@@ -9,16 +9,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import int64
 
-from dloftbs.kernels.compiler import helper, inlined, kernel, write
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, inlined, kernel, write
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.copying import longer_rows
 from dloftbs.kernels.shared.union_find import find_root
-
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
 
 _CHANCE = 0.001
 """Number of lines that chance may make in a mask of pieces strewn at random."""
@@ -51,7 +47,7 @@ def _place(p: int, rows: int) -> tuple[int, int]:
 
 
 @inlined
-def _measure(pixels: _Ints, start: int, end: int, rows: int, node: _Floats) -> bool:
+def _measure(pixels: Ints, start: int, end: int, rows: int, node: Floats) -> bool:
     """Describe some pixels as a dash, by their moments; return whether they have a longer axis."""
     n = end - start
     x0, y0 = _place(pixels[start], rows)
@@ -82,7 +78,7 @@ def _measure(pixels: _Ints, start: int, end: int, rows: int, node: _Floats) -> b
 
 
 @inlined
-def _halve(pixels: _Ints, start: int, end: int, rows: int, node: _Floats) -> tuple[int, int]:
+def _halve(pixels: Ints, start: int, end: int, rows: int, node: Floats) -> tuple[int, int]:
     """Sort some pixels by the halves of their axis; return where the first ends, and where the second begins.
 
     Those just in the middle lie between them.
@@ -111,7 +107,7 @@ def _halve(pixels: _Ints, start: int, end: int, rows: int, node: _Floats) -> tup
 
 
 @helper
-def _smallest(ends: _Ints, least: int) -> int:
+def _smallest(ends: Ints, least: int) -> int:
     """Return the size from which on no more than `_MAX_DASHES` pieces are as large, or are large anyway."""
     number = np.zeros(least + 1, dtype=np.int64)  # of pieces by size
     start = 0
@@ -126,7 +122,7 @@ def _smallest(ends: _Ints, least: int) -> int:
 
 
 @helper
-def _describe(pixels: _Ints, ends: _Ints, rows: int, least: int) -> tuple[_Floats, _Ints]:
+def _describe(pixels: Ints, ends: Ints, rows: int, least: int) -> tuple[Floats, Ints]:
     """Describe the largest pieces as dashes, long bent ones in parts of up to twice `least` pixels.
 
     Returns
@@ -165,13 +161,13 @@ def _describe(pixels: _Ints, ends: _Ints, rows: int, least: int) -> tuple[_Float
 
 
 @inlined
-def _reach(node: _Floats, least: int) -> float:
+def _reach(node: Floats, least: int) -> float:
     """Return the distance of centres, px, up to which a dash has partners that are not longer than itself."""
     return 2.0 * min(node[_LENGTH], float(least)) + node[_LENGTH]
 
 
 @inlined
-def _pair(one: _Floats, other: _Floats, least: int) -> tuple[float, int, int]:
+def _pair(one: Floats, other: Floats, least: int) -> tuple[float, int, int]:
     """Compare two dashes that may follow each other.
 
     Returns
@@ -201,7 +197,7 @@ def _pair(one: _Floats, other: _Floats, least: int) -> tuple[float, int, int]:
 
 
 @helper
-def _sort_into_cells(nodes: _Floats) -> tuple[_Ints, _Ints, int, int]:
+def _sort_into_cells(nodes: Floats) -> tuple[Ints, Ints, int, int]:
     """Return the dashes cell by cell, where each cell begins, and the number of cells across and down."""
     across = down = 0
     for i in range(len(nodes)):
@@ -222,7 +218,7 @@ def _sort_into_cells(nodes: _Floats) -> tuple[_Ints, _Ints, int, int]:
 
 
 @helper
-def _find_pairs(nodes: _Floats, pieces: _Ints, least: int) -> tuple[_Floats, _Ints]:
+def _find_pairs(nodes: Floats, pieces: Ints, least: int) -> tuple[Floats, Ints]:
     """Find dashes of different pieces that may follow each other.
 
     Returns
@@ -277,7 +273,7 @@ def _tail(evidence: float, links: int) -> float:
 
 
 @kernel(write(int64, 1, "C"), write(int64, 1, "C"), int64, int64)
-def find_dashes(pixels: _Ints, ends: _Ints, rows: int, least: int) -> npt.NDArray[np.bool_]:
+def find_dashes(pixels: Ints, ends: Ints, rows: int, least: int) -> Bools:
     """Find the pieces that lie in line with others, so many and so well that chance does not explain it.
 
     Each end of a dash goes together with the one that follows it best, if that agrees. The expected number of dashes

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import uint64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Words, helper, kernel, read
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 
 _FEWEST_CHANGES = 16
@@ -14,8 +13,6 @@ _FEWEST_CHANGES = 16
 
 Source: by hand; what is drawn along the axes changes at fewer, and has no steps.
 """
-
-_Words = npt.NDArray[np.uint64]
 
 
 @helper
@@ -27,7 +24,7 @@ def _divisor(a: int, b: int) -> int:
 
 
 @helper
-def _row_step(bitmask: _Words) -> int:
+def _row_step(bitmask: Words) -> int:
     """Return the greatest step between the rows at which a mask changes; 1 where it changes at few."""
     step, last, changes = 0, -1, 0
     for row in range(1, bitmask.shape[1]):
@@ -44,7 +41,7 @@ def _row_step(bitmask: _Words) -> int:
 
 
 @helper
-def _column_step(bitmask: _Words) -> int:
+def _column_step(bitmask: Words) -> int:
     """Return the greatest step between the columns at which a mask changes; 1 where it changes at few."""
     step, last, changes = 0, -1, 0
     for k in range(len(bitmask)):
@@ -65,7 +62,7 @@ def _column_step(bitmask: _Words) -> int:
 
 
 @kernel(read(uint64, 2, "C"))
-def enlargement(bitmask: _Words) -> int:
+def enlargement(bitmask: Words) -> int:
     """Return by how much a mask was enlarged, 1 if it was not.
 
     Parameters

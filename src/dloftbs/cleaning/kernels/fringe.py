@@ -7,16 +7,13 @@ thread off the edge, with a slit between them. The blocks of a codec, and highli
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import int64, uint64
 
 from dloftbs.cleaning.kernels.bitmask_growth import DILATE, ERODE, grow_times
 from dloftbs.cleaning.kernels.mask_pieces import FIRST_QUEUE, clear_pixel, collect, is_set, non_zero, set_pixel
-from dloftbs.kernels.compiler import helper, kernel, write
+from dloftbs.kernels.compiler import Words, helper, kernel, write
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.popcount import lowest_one
-
-_Words = npt.NDArray[np.uint64]
 
 _BLOCK_PX = 9
 """Largest distance of fringe from a thick part, px.
@@ -33,7 +30,7 @@ Source: geometry; 3 along the thinnest cable in which the square fits, and twice
 
 
 @helper
-def _drop_crossings(core: _Words, eroded: _Words, least: int) -> None:
+def _drop_crossings(core: Words, eroded: Words, least: int) -> None:
     """Take the small 8-connected pieces of a core out of it that lie in an otherwise thin mask."""
     core_words, rows = core.ravel(), core.shape[1]
     stride = WORD_BITS * rows
@@ -59,7 +56,7 @@ def _drop_crossings(core: _Words, eroded: _Words, least: int) -> None:
 
 
 @kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64)
-def find_fringe(eroded: _Words, inside: _Words, reach: int, least: int) -> tuple[_Words, _Words]:
+def find_fringe(eroded: Words, inside: Words, reach: int, least: int) -> tuple[Words, Words]:
     """Find where fringe may lie: within reach of the edge of a part that is clearly thicker than fringe can be.
 
     A part is thick where it holds a square of side ``4 reach + 1``, twice as wide as the widest thing that the opening

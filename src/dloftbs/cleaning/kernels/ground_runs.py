@@ -14,17 +14,12 @@ Pixel by pixel, the same takes ten times as long.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import int64, uint64
 
-from dloftbs.kernels.compiler import helper, inlined, kernel, read
+from dloftbs.kernels.compiler import Ints, Words, helper, inlined, kernel, read
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.popcount import count_ones, lowest_one
 from dloftbs.kernels.shared.union_find import find_root, unite
-
-_Words = npt.NDArray[np.uint64]
-_Ints = npt.NDArray[np.int64]
-_Bools = npt.NDArray[np.bool_]
 
 
 @inlined
@@ -39,7 +34,7 @@ def _every_other(word: int) -> int:
 
 
 @kernel(read(uint64, 2, "C"), int64, int64, int64)
-def thin_out(bitmask: _Words, rows: int, top: int, left: int) -> _Words:
+def thin_out(bitmask: Words, rows: int, top: int, left: int) -> Words:
     """Return every other pixel of a mask, with an empty margin of its own.
 
     Parameters
@@ -67,14 +62,14 @@ def thin_out(bitmask: _Words, rows: int, top: int, left: int) -> _Words:
 
 
 @inlined
-def _changes(bitmask: _Words, k: int, r: int) -> int:
+def _changes(bitmask: Words, k: int, r: int) -> int:
     """Return which pixels of a word differ from the one before."""
     word = bitmask[k, r]
     return word ^ ((word << np.uint64(1)) | (bitmask[k - 1, r] >> np.uint64(WORD_BITS - 1)))
 
 
 @helper
-def _list_runs(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, _Ints]:
+def _list_runs(bitmask: Words, rows: int, columns: int) -> tuple[Ints, Ints, Ints]:
     """Return where the runs of ground start in each row, and their first columns and ends."""
     one = np.uint64(1)
     changes = np.uint64(0)
@@ -105,7 +100,7 @@ def _list_runs(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, 
 
 
 @kernel(read(uint64, 2, "C"), int64, int64)
-def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, _Ints, _Ints, _Ints]:
+def find_ground(bitmask: Words, rows: int, columns: int) -> tuple[Ints, Ints, Ints, Ints, Ints]:
     """List the runs of ground, and find the parts of it that hang together by their sides.
 
     Parameters
@@ -148,7 +143,7 @@ def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints,
 
 
 @helper
-def label_foreground(first: _Ints, start: _Ints, end: _Ints) -> tuple[_Ints, int]:
+def label_foreground(first: Ints, start: Ints, end: Ints) -> tuple[Ints, int]:
     """Return the piece of the foreground behind each run of ground, -1 where a row ends, and how many pieces there are.
 
     Pieces hang together by their sides and corners.

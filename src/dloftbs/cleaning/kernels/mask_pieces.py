@@ -6,15 +6,11 @@ A pixel's number is that of its word, ``k R + r``, times 64, plus its bit; `stri
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.kernels.compiler import helper, inlined
+from dloftbs.kernels.compiler import Ints, Words, helper, inlined
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.copying import longer
 from dloftbs.kernels.shared.popcount import count_ones
-
-_Words = npt.NDArray[np.uint64]
-_Queue = npt.NDArray[np.int64]
 
 FIRST_QUEUE = 1024
 """Length of a queue at first; it grows."""
@@ -30,19 +26,19 @@ Source: geometry; a piece of n pixels has up to 4 n + 4 neighbours, and one besi
 
 
 @inlined
-def is_set(words: _Words, p: int) -> bool:
+def is_set(words: Words, p: int) -> bool:
     """Return whether a pixel is set."""
     return (words[p >> 6] >> np.uint64(p & 63)) & np.uint64(1) != 0
 
 
 @inlined
-def set_pixel(words: _Words, p: int) -> None:
+def set_pixel(words: Words, p: int) -> None:
     """Set a pixel."""
     words[p >> 6] |= np.uint64(1) << np.uint64(p & 63)
 
 
 @inlined
-def clear_pixel(words: _Words, p: int) -> None:
+def clear_pixel(words: Words, p: int) -> None:
     """Clear a pixel."""
     words[p >> 6] &= ~(np.uint64(1) << np.uint64(p & 63))
 
@@ -60,7 +56,7 @@ def right_of(p: int, stride: int) -> int:
 
 
 @inlined
-def collect(seed: int, stride: int, pieces: _Words, kept: _Words, queue: _Queue, start: int) -> tuple[int, int, _Queue]:
+def collect(seed: int, stride: int, pieces: Words, kept: Words, queue: Ints, start: int) -> tuple[int, int, Ints]:
     """Take the 8-connected piece that holds a pixel out of the pieces.
 
     Returns
@@ -105,7 +101,7 @@ def collect(seed: int, stride: int, pieces: _Words, kept: _Words, queue: _Queue,
 
 
 @helper
-def joins_parts(queue: _Queue, start: int, size: int, rows: int, mask: _Words, touched: npt.NDArray[np.int64]) -> bool:
+def joins_parts(queue: Ints, start: int, size: int, rows: int, mask: Words, touched: Ints) -> bool:
     """Return whether a small piece is all that joins parts of a mask: it touches two sets of pixels or more."""
     count = 0
     stride = WORD_BITS * rows
@@ -136,7 +132,7 @@ def joins_parts(queue: _Queue, start: int, size: int, rows: int, mask: _Words, t
 
 
 @helper
-def non_zero(words: _Words) -> _Queue:
+def non_zero(words: Words) -> Ints:
     """Return the indices of the words that are not 0."""
     count = 0
     for word in words:
@@ -151,7 +147,7 @@ def non_zero(words: _Words) -> _Queue:
 
 
 @helper
-def total_ones(words: _Words) -> int:
+def total_ones(words: Words) -> int:
     """Return the number of ones."""
     count = np.uint64(0)
     for word in words:
@@ -160,21 +156,21 @@ def total_ones(words: _Words) -> int:
 
 
 @inlined
-def beside(words: _Words, i: int, rows: int) -> int:
+def beside(words: Words, i: int, rows: int) -> int:
     """Return the pixels that are left or right of those of a word."""
     one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
     return (words[i] << one) | (words[i] >> one) | (words[i - rows] >> last) | (words[i + rows] << last)
 
 
 @inlined
-def around(words: _Words, i: int, rows: int) -> int:
+def around(words: Words, i: int, rows: int) -> int:
     """Return the pixels that are neighbours of others, in the place of a word."""
     above, below = beside(words, i - 1, rows), beside(words, i + 1, rows)
     return above | words[i - 1] | beside(words, i, rows) | words[i + 1] | below
 
 
 @inlined
-def touches_any(piece: _Queue, size: int, stride: int, mask: _Words) -> bool:
+def touches_any(piece: Ints, size: int, stride: int, mask: Words) -> bool:
     """Return whether a piece has a neighbour in a mask."""
     for i in range(size):
         for line in (piece[i] - WORD_BITS, piece[i], piece[i] + WORD_BITS):

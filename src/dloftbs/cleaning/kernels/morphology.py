@@ -7,7 +7,6 @@ Masks are bitmasks, as `dloftbs.kernels.bitmask` cuts them out: bit j of word ``
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import int64, uint64
 
 from dloftbs.cleaning.kernels.bitmask_growth import DILATE, ERODE, grow_times
@@ -34,13 +33,10 @@ from dloftbs.cleaning.kernels.thin_parts import (
     put_back_near,
     size_of_large,
 )
-from dloftbs.kernels.compiler import helper, inlined, kernel, write
+from dloftbs.kernels.compiler import Ints, Words, helper, inlined, kernel, write
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.copying import longer
 from dloftbs.kernels.shared.popcount import lowest_one
-
-_Words = npt.NDArray[np.uint64]
-_Queue = npt.NDArray[np.int64]
 
 _NOTCH = 9  # pixels
 _DENSEST = 8
@@ -52,7 +48,7 @@ together in pieces as large as cables where it is four tenths.
 
 
 @inlined
-def _recede(seed: int, stride: int, added: _Words, stack: _Queue) -> _Queue:
+def _recede(seed: int, stride: int, added: Words, stack: Ints) -> Ints:
     """Take an added pixel away, and all that hang together with it by their sides; return the stack, as `collect`."""
     clear_pixel(added, seed)
     stack[0] = seed
@@ -71,7 +67,7 @@ def _recede(seed: int, stride: int, added: _Words, stack: _Queue) -> _Queue:
 
 
 @helper
-def _holes(added: _Words, closed: _Words, rows: int) -> _Words:
+def _holes(added: Words, closed: Words, rows: int) -> Words:
     """Return the pixels added by a closing that are no part of the background around them."""
     one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
     holes = added.copy()
@@ -90,7 +86,7 @@ def _holes(added: _Words, closed: _Words, rows: int) -> _Words:
 
 
 @kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64)
-def close(bitmask: _Words, inside: _Words, reach: int, most: int) -> _Words:
+def close(bitmask: Words, inside: Words, reach: int, most: int) -> Words:
     """Close a mask by a square, and keep the added pixels that fill a whole hole or a small notch.
 
     A hole is background that hangs together by its sides, as goes with foreground that hangs together by its corners
@@ -137,7 +133,7 @@ def close(bitmask: _Words, inside: _Words, reach: int, most: int) -> _Words:
 
 
 @kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64, int64)
-def open_up(bitmask: _Words, inside: _Words, reach: int, least: int, most: int) -> _Words:
+def open_up(bitmask: Words, inside: Words, reach: int, least: int, most: int) -> Words:
     """Open a mask by a square, and put back the thin cables that it has lost.
 
     These are large 8-connected pieces, smaller ones that lie in line with others, and those that join parts of the

@@ -14,13 +14,10 @@ from numba import int64, uint64
 from dloftbs.cleaning.kernels.bitmask_growth import DILATE, ERODE, grow_round
 from dloftbs.cleaning.kernels.ground_runs import find_ground, label_foreground, thin_out
 from dloftbs.cleaning.kernels.single_width import single_widths, squared_distances
-from dloftbs.kernels.compiler import helper, inlined, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, Ints, Words, helper, inlined, kernel, read
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 
-_Words = npt.NDArray[np.uint64]
-_Ints = npt.NDArray[np.int64]
 _Counts = npt.NDArray[np.int32]
-_Bools = npt.NDArray[np.bool_]
 
 _STEP_PX = 2
 """Step between the pixels that are looked at; the opening leaves nothing narrower."""
@@ -73,7 +70,7 @@ _ERROR = 1.0
 
 
 @kernel(read(uint64, 2, "C"), int64)
-def close_round(bitmask: _Words, radius: int) -> _Words:
+def close_round(bitmask: Words, radius: int) -> Words:
     """Close a bitmask by an octagon, which is about a disc.
 
     Parameters
@@ -92,9 +89,7 @@ def close_round(bitmask: _Words, radius: int) -> _Words:
 
 
 @helper
-def _measure_widths(
-    first: _Ints, start: _Ints, end: _Ints, piece: _Ints, pieces: int
-) -> tuple[_Ints, npt.NDArray[np.float64]]:
+def _measure_widths(first: Ints, start: Ints, end: Ints, piece: Ints, pieces: int) -> tuple[Ints, Floats]:
     """Return the area of each piece, and its mean width: twice the area over the length of its outlines."""
     area, outline = np.zeros(pieces, dtype=np.int64), np.zeros(pieces)
     for r in range(1, len(first) - 2):
@@ -119,7 +114,7 @@ def _measure_widths(
 
 
 @inlined
-def _piece_at(first: _Ints, start: _Ints, end: _Ints, piece: _Ints, r: int, c: int) -> int:
+def _piece_at(first: Ints, start: Ints, end: Ints, piece: Ints, r: int, c: int) -> int:
     """Return the piece that a pixel belongs to, -1 for ground."""
     if r < 0 or r >= len(first) - 1:
         return -1
@@ -134,13 +129,13 @@ def _piece_at(first: _Ints, start: _Ints, end: _Ints, piece: _Ints, r: int, c: i
 
 
 @inlined
-def _is_set(bitmask: _Words, r: int, c: int) -> bool:
+def _is_set(bitmask: Words, r: int, c: int) -> bool:
     """Return whether a pixel is set."""
     return (bitmask[(c >> 6) + 1, r] >> np.uint64(c & 63)) & np.uint64(1) != 0
 
 
 @inlined
-def _holds_any(bitmask: _Words, r: int, low: int, high: int) -> bool:
+def _holds_any(bitmask: Words, r: int, low: int, high: int) -> bool:
     """Return whether some pixel of a row is set, from a column to the one before another."""
     for c in range(low, high):
         if _is_set(bitmask, r, c):
@@ -149,9 +144,7 @@ def _holds_any(bitmask: _Words, r: int, low: int, high: int) -> bool:
 
 
 @helper
-def _draw_pieces(
-    first: _Ints, start: _Ints, end: _Ints, piece: _Ints, margin: int, columns: int
-) -> tuple[_Bools, _Counts]:
+def _draw_pieces(first: Ints, start: Ints, end: Ints, piece: Ints, margin: int, columns: int) -> tuple[Bools, _Counts]:
     """Return a mask with a margin, and the piece of each pixel of it, from the runs of its ground."""
     solid = np.zeros((len(first) - 1 + 2 * margin, columns), dtype=np.bool_)
     owners = np.empty(solid.shape, dtype=np.int32)
@@ -165,15 +158,15 @@ def _draw_pieces(
 class _Narrow(NamedTuple):
     """Narrow ground: its runs, as `ground_runs` has them, and the piece of the mask that each part of it is in."""
 
-    first: _Ints
-    start: _Ints
-    end: _Ints
-    part: _Ints
-    owner: _Ints
+    first: Ints
+    start: Ints
+    end: Ints
+    part: Ints
+    owner: Ints
 
 
 @helper
-def _fill(solid: _Bools, owners: _Counts, narrow: _Narrow, chosen: _Bools) -> None:
+def _fill(solid: Bools, owners: _Counts, narrow: _Narrow, chosen: Bools) -> None:
     """Fill the chosen parts of narrow ground."""
     first, start, end, part, owner = narrow
     for r in range(len(first) - 1):
@@ -183,9 +176,7 @@ def _fill(solid: _Bools, owners: _Counts, narrow: _Narrow, chosen: _Bools) -> No
 
 
 @helper
-def _drop_deep(
-    solid: _Bools, narrow: _Narrow, is_kind: _Bools, usable: _Bools, deepest: npt.NDArray[np.float64]
-) -> None:
+def _drop_deep(solid: Bools, narrow: _Narrow, is_kind: Bools, usable: Bools, deepest: Floats) -> None:
     """Drop parts of one kind that lie deeper in what is solid than a distance of their own."""
     if not is_kind.any():
         return
@@ -200,7 +191,7 @@ def _drop_deep(
 
 
 @helper
-def _keep_within(solid: _Bools, owners: _Counts, narrow: _Narrow, is_hole: _Bools, usable: _Bools, pieces: int) -> None:
+def _keep_within(solid: Bools, owners: _Counts, narrow: _Narrow, is_hole: Bools, usable: Bools, pieces: int) -> None:
     """Drop parts of narrow ground that lie deeper than within one cable of the piece they are in.
 
     `owners` are the pieces of what is solid. What is usable is filled in both.
@@ -216,7 +207,7 @@ def _keep_within(solid: _Bools, owners: _Counts, narrow: _Narrow, is_hole: _Bool
 
 @helper
 def _keep_whole(
-    framed: _Words, size: tuple[int, int, int, int], boxes: _Ints, margin: int, usable: _Bools, is_hole: _Bools
+    framed: Words, size: tuple[int, int, int, int], boxes: Ints, margin: int, usable: Bools, is_hole: Bools
 ) -> bool:
     """Drop holes of every other pixel that are none in the mask, such as the tip of a wedge between two cables.
 
@@ -237,17 +228,17 @@ def _keep_whole(
 
 @helper
 def _find_narrow(
-    framed: _Words,
+    framed: Words,
     size: tuple[int, int, int, int],
-    coarse: _Words,
+    coarse: Words,
     rows: int,
-    first: _Ints,
-    start: _Ints,
-    end: _Ints,
-    piece: _Ints,
-    area: _Ints,
-    width: npt.NDArray[np.float64],
-) -> _Ints:
+    first: Ints,
+    start: Ints,
+    end: Ints,
+    piece: Ints,
+    area: Ints,
+    width: Floats,
+) -> Ints:
     """Return the pixels of the mask beside holes within a cable, and long slits, that hold no disc of its width."""
     reach = min(np.int64(np.ceil(0.5 * width.max())), _LONGEST_REACH)
     margin = reach + 1
@@ -335,7 +326,7 @@ def _find_narrow(
 
 
 @kernel(read(uint64, 2, "C"), int64, int64, int64, int64)
-def find_narrow_ground(framed: _Words, h: int, w: int, top: int, left: int) -> _Ints:
+def find_narrow_ground(framed: Words, h: int, w: int, top: int, left: int) -> Ints:
     """Find ground that may lie within one cable: narrow holes of a piece of the mask, and long narrow slits.
 
     Parameters

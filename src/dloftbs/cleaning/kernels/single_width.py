@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.kernels.compiler import helper, inlined
+from dloftbs.kernels.compiler import Bools, Floats, helper, inlined
 from dloftbs.kernels.shared.selection import nth_least
 
-_Bools = npt.NDArray[np.bool_]
 _Counts = npt.NDArray[np.int32]
 
 SINGLE_SHARE = 0.15
@@ -25,7 +24,7 @@ Source: geometry; it is one pixel wide where a width is odd, and two where it is
 
 
 @helper
-def squared_distances(solid: _Bools) -> _Counts:
+def squared_distances(solid: Bools) -> _Counts:
     """Return the squared distance of each pixel from the nearest one of the ground, after Meijster et al. (2000).
 
     There is ground all around, and in the first and the last column. Each run of what is solid is worked out by itself.
@@ -84,7 +83,7 @@ def _is_ridge(squares: _Counts, r: int, c: int) -> bool:
 
 
 @helper
-def single_widths(squares: _Counts, owners: _Counts, pieces: int) -> npt.NDArray[np.float64]:
+def single_widths(squares: _Counts, owners: _Counts, pieces: int) -> Floats:
     """Return the width of one cable in each piece, in pixels: that of the narrow part of its ridge.
 
     `squares` are the squared distances from the ground, and `owners` the pieces of all pixels that are none.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.cleaning.kernels.dashes import find_dashes
 from dloftbs.cleaning.kernels.mask_pieces import (
@@ -17,13 +16,10 @@ from dloftbs.cleaning.kernels.mask_pieces import (
     set_pixel,
     touches_any,
 )
-from dloftbs.kernels.compiler import helper
+from dloftbs.kernels.compiler import Bools, Ints, Words, helper
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.copying import longer
 from dloftbs.kernels.shared.popcount import lowest_one
-
-_Words = npt.NDArray[np.uint64]
-_Queue = npt.NDArray[np.int64]
 
 _LONG_THREADS = 4
 """Number of pixels, over that of a thin cable, of what runs along a thick part as a cable and not as fringe.
@@ -33,7 +29,7 @@ Source: geometry; blocks of 8 and 16 px leave threads of one to three blocks, me
 
 
 @helper
-def list_pieces(lost: _Words, mask: _Words, kept: _Words, rows: int, least: int) -> tuple[_Queue, _Queue]:
+def list_pieces(lost: Words, mask: Words, kept: Words, rows: int, least: int) -> tuple[Ints, Ints]:
     """List the pieces that an opening takes, and put back the small ones that join parts of the rest.
 
     Pieces do not touch each other, so their order does not matter.
@@ -82,7 +78,7 @@ def list_pieces(lost: _Words, mask: _Words, kept: _Words, rows: int, least: int)
 
 
 @helper
-def size_of_large(ends: _Queue, least: int) -> int:
+def size_of_large(ends: Ints, least: int) -> int:
     """Return the number of pixels in large pieces."""
     total, start = 0, 0
     for end in ends:
@@ -92,7 +88,7 @@ def size_of_large(ends: _Queue, least: int) -> int:
 
 
 @helper
-def find_cables(pixels: _Queue, ends: _Queue, rows: int, least: int) -> npt.NDArray[np.bool_]:
+def find_cables(pixels: Ints, ends: Ints, rows: int, least: int) -> Bools:
     """Return which pieces are large, or lie in line with others."""
     found = np.zeros(len(ends), dtype=np.bool_)
     large, start = 0, 0
@@ -106,7 +102,7 @@ def find_cables(pixels: _Queue, ends: _Queue, rows: int, least: int) -> npt.NDAr
 
 
 @helper
-def any_within(pixels: _Queue, ends: _Queue, found: npt.NDArray[np.bool_], mask: _Words) -> bool:
+def any_within(pixels: Ints, ends: Ints, found: Bools, mask: Words) -> bool:
     """Return whether any of some pieces has a pixel in a mask."""
     start = 0
     for piece in range(len(ends)):
@@ -119,7 +115,7 @@ def any_within(pixels: _Queue, ends: _Queue, found: npt.NDArray[np.bool_], mask:
 
 
 @helper
-def put_back(pixels: _Queue, ends: _Queue, found: npt.NDArray[np.bool_], kept: _Words) -> None:
+def put_back(pixels: Ints, ends: Ints, found: Bools, kept: Words) -> None:
     """Put some of the pieces back."""
     start = 0
     for piece in range(len(ends)):
@@ -130,7 +126,7 @@ def put_back(pixels: _Queue, ends: _Queue, found: npt.NDArray[np.bool_], kept: _
 
 
 @helper
-def put_back_near(lost: _Words, edge: _Words, thin: _Words, kept: _Words, rows: int, least: int) -> None:
+def put_back_near(lost: Words, edge: Words, thin: Words, kept: Words, rows: int, least: int) -> None:
     """Put back what is no fringe of that which lies around thick parts.
 
     That are small joints as elsewhere, what leads a thin cable on to a thick part, and what runs along one for long and

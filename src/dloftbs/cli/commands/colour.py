@@ -15,11 +15,9 @@ from dloftbs.cli.output_options import check_png
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
-    import numpy.typing as npt
-
     from dloftbs.config import ColourConfig, Roi, Stroke
     from dloftbs.data.frame_region import Region
+    from dloftbs.support.arrays import ByteArray
 
 SIGNATURE = "# A colour learned by dloftbs colour; dloftbs config print explains all settings"
 _MAX_SET = 0.5  # of a picture, as in `plausibility`
@@ -222,11 +220,7 @@ def _report(source: str, share: float, strokes: Sequence[Stroke]) -> None:
 
 
 def _report_missed(
-    source: str,
-    image: npt.NDArray[np.uint8],
-    mask: npt.NDArray[np.uint8],
-    strokes: Sequence[Stroke],
-    region: Region | None,
+    source: str, image: ByteArray, mask: ByteArray, strokes: Sequence[Stroke], region: Region | None
 ) -> None:
     """Say which strokes the mask contradicts, and why: they lie beside a cable, or its colour is the ground's, too."""
     import numpy as np
@@ -250,7 +244,7 @@ def _report_missed(
 
 
 def _report_expected(
-    learned: ColourConfig, drawn_on: Sequence[tuple[npt.NDArray[np.uint8], list[Stroke], str]], roi: Roi | None
+    learned: ColourConfig, drawn_on: Sequence[tuple[ByteArray, list[Stroke], str]], roi: Roi | None
 ) -> None:
     """Say how much of the cables the model is expected to find, by leaving each stroke out in turn."""
     from dloftbs.segmentation import cross_validate

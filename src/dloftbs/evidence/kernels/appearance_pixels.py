@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, uint8
 
 from dloftbs.evidence.kernels.colours import BLOCK_WIDTHS, block_mean
-from dloftbs.kernels.compiler import kernel, read
+from dloftbs.kernels.compiler import Bools, Bytes, Floats, kernel, read
 from dloftbs.kernels.shared.selection import median_of
 
 _MAX_SAMPLES = 24
@@ -18,9 +17,7 @@ Source: bounds time and memory.
 
 
 @kernel(read(uint8, 3), read(float64, 2), read(boolean, 1), float64)
-def sample_appearance(
-    image: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], seen: npt.NDArray[np.bool_], width: float
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def sample_appearance(image: Bytes, points: Floats, seen: Bools, width: float) -> tuple[Floats, Floats]:
     """Sample the colours along a cable.
 
     Parameters

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, kernel, read
 
 _AGREE = 6
 """One in this number of the samples of a cable may be like any other colour.
@@ -37,7 +36,7 @@ the resolution for colours. Between two grounds it is up to 26 (H.264 at crf 30;
 
 
 @helper
-def _differ(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> bool:
+def _differ(a: Floats, b: Floats) -> bool:
     """Return whether two colours differ clearly, in hue or in brightness."""
     dot = one = other = 0.0
     for c in range(3):
@@ -49,7 +48,7 @@ def _differ(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> bool:
 
 
 @helper
-def _are_unlike(colour: npt.NDArray[np.float64], samples: npt.NDArray[np.float64]) -> bool:
+def _are_unlike(colour: Floats, samples: Floats) -> bool:
     """Return whether a colour differs clearly from all samples but one in `_AGREE`."""
     alike = 0
     for k in range(len(samples)):
@@ -58,23 +57,13 @@ def _are_unlike(colour: npt.NDArray[np.float64], samples: npt.NDArray[np.float64
 
 
 @helper
-def _all_differ(
-    own: npt.NDArray[np.float64],
-    own_samples: npt.NDArray[np.float64],
-    found: npt.NDArray[np.float64],
-    found_samples: npt.NDArray[np.float64],
-) -> bool:
+def _all_differ(own: Floats, own_samples: Floats, found: Floats, found_samples: Floats) -> bool:
     """Return whether two medians differ clearly, and each from nearly all samples of the other object."""
     return _differ(own, found) and _are_unlike(own, found_samples) and _are_unlike(found, own_samples)
 
 
 @kernel(read(float64, 2), read(float64, 2), read(int64, 1), read(int64, 2))
-def compare_pairs(
-    colours: npt.NDArray[np.float64],
-    samples: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    pairs: npt.NDArray[np.int64],
-) -> npt.NDArray[np.bool_]:
+def compare_pairs(colours: Floats, samples: Floats, offsets: Ints, pairs: Ints) -> Bools:
     """Return which pairs of some objects differ clearly in colour: by their medians, and by nearly all samples.
 
     Parameters

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.kernels.compiler import helper
+from dloftbs.kernels.compiler import Bytes, Floats, helper
 
 CLEAR_WIDTHS = 0.25
 """Margin around the mask in which nothing counts as ground, widths; `CLEAR_PX` is added.
@@ -27,7 +26,7 @@ Source: by hand; the square lies within the cable, and averages noise.
 
 
 @helper
-def is_on_mask(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) -> bool:
+def is_on_mask(mask: Bytes, x: float, y: float, reach: float) -> bool:
     """Return whether the mask has any of five points: the given one, and those `reach` px beside it."""
     for dx, dy in ((0.0, 0.0), (-reach, 0.0), (reach, 0.0), (0.0, -reach), (0.0, reach)):
         row, column = int(np.floor(y + dy + 0.5)), int(np.floor(x + dx + 0.5))
@@ -37,7 +36,7 @@ def is_on_mask(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) ->
 
 
 @helper
-def block_mean(image: npt.NDArray[np.uint8], x: float, y: float, half: int, colour: npt.NDArray[np.float64]) -> bool:
+def block_mean(image: Bytes, x: float, y: float, half: int, colour: Floats) -> bool:
     """Write the mean colour of a square of pixels; return whether it lies in the image."""
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
     if row < half or column < half or row + half >= image.shape[0] or column + half >= image.shape[1]:
@@ -52,6 +51,6 @@ def block_mean(image: npt.NDArray[np.uint8], x: float, y: float, half: int, colo
 
 
 @helper
-def colour_distance(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> float:
+def colour_distance(a: Floats, b: Floats) -> float:
     """Return the distance of two colours, grey levels."""
     return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)

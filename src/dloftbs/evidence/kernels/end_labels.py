@@ -9,7 +9,7 @@ import numpy.typing as npt
 from numba import float64, int64, uint16
 
 from dloftbs.evidence.kernels.end_references import place_before
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read
 
 
 @helper
@@ -20,9 +20,7 @@ def _label_at(labels: npt.NDArray[np.uint16], x: float, y: float) -> int:
 
 
 @kernel(read(uint16, 2), read(float64, 2), read(int64, 2), float64)
-def label_ends(
-    labels: npt.NDArray[np.uint16], points: npt.NDArray[np.float64], spans: npt.NDArray[np.int64], width: float
-) -> npt.NDArray[np.int64]:
+def label_ends(labels: npt.NDArray[np.uint16], points: Floats, spans: Ints, width: float) -> Ints:
     """Return the label that most places before each end have: beyond a width, where another cable may lie on top.
 
     Parameters

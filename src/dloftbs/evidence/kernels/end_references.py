@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.evidence.kernels.colours import (
@@ -14,7 +13,7 @@ from dloftbs.evidence.kernels.colours import (
     colour_distance,
     is_on_mask,
 )
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bytes, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import branch_of, inward
 from dloftbs.kernels.shared.selection import median_of
 
@@ -63,7 +62,7 @@ Source: geometry; the fewest of which a median leaves out one that is off.
 
 @helper
 def place_before(
-    points: npt.NDArray[np.float64], spans: npt.NDArray[np.int64], end: int, first: float, k: int, width: float
+    points: Floats, spans: Ints, end: int, first: float, k: int, width: float
 ) -> tuple[int, float, float, float, float]:
     """Return the k-th place of a run before one of its ends, up to `REACH_WIDTHS`, and the direction away from the end.
 
@@ -102,13 +101,7 @@ def place_before(
 
 
 @kernel(read(uint8, 3), read(float64, 2), read(int64, 2), read(int64, 1), float64)
-def sample_cables(
-    image: npt.NDArray[np.uint8],
-    points: npt.NDArray[np.float64],
-    spans: npt.NDArray[np.int64],
-    ends: npt.NDArray[np.int64],
-    width: float,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+def sample_cables(image: Bytes, points: Floats, spans: Ints, ends: Ints, width: float) -> tuple[Floats, Floats, Ints]:
     """Sample the colours of cables before their ends: from `BACK_WIDTHS` on, or nearer on short runs.
 
     Parameters
@@ -151,20 +144,8 @@ def sample_cables(
 
 @kernel(read(uint8, 3), read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), float64)
 def sample_references(
-    image: npt.NDArray[np.uint8],
-    mask: npt.NDArray[np.uint8],
-    points: npt.NDArray[np.float64],
-    spans: npt.NDArray[np.int64],
-    ends: npt.NDArray[np.int64],
-    width: float,
-) -> tuple[
-    npt.NDArray[np.float64],
-    npt.NDArray[np.int64],
-    npt.NDArray[np.float64],
-    npt.NDArray[np.int64],
-    npt.NDArray[np.float64],
-    npt.NDArray[np.float64],
-]:
+    image: Bytes, mask: Bytes, points: Floats, spans: Ints, ends: Ints, width: float
+) -> tuple[Floats, Ints, Floats, Ints, Floats, Floats]:
     """Sample what cables, and the ground on both sides of them, look like before their ends.
 
     Parameters

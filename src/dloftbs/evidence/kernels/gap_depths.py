@@ -10,7 +10,7 @@ from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.evidence.kernels.colours import BLOCK_WIDTHS, CLEAR_PX, CLEAR_WIDTHS, is_on_mask
 from dloftbs.evidence.kernels.end_references import BACK_WIDTHS, place_before
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Bytes, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.graph_ends import branch_of
 from dloftbs.kernels.shared.selection import nth_least
@@ -69,7 +69,7 @@ Source: derived; as many as lie up to `REACH_WIDTHS`.
 _Depths = npt.NDArray[np.float32] | npt.NDArray[np.uint16]
 
 
-def _exchanges() -> npt.NDArray[np.int64]:
+def _exchanges() -> Ints:
     """Return pairs of nine places whose values change places if they are not in order: the middle one is then in place.
 
     They are those of J. L. Smith, Implementing median filters in XC4000E FPGAs, 1996.
@@ -83,7 +83,7 @@ _EXCHANGES = _exchanges()
 
 
 @helper
-def _median(values: npt.NDArray[np.float64]) -> float:
+def _median(values: Floats) -> float:
     """Return the lower median of a few values, NaN if there are none; their order changes."""
     return nth_least(values, (len(values) - 1) // 2) if len(values) > 0 else np.nan
 
@@ -109,9 +109,7 @@ def _gather(depth: _Depths, x: float, y: float, reach: float, counts: npt.NDArra
 
 
 @helper
-def _metres_of(
-    counts: npt.NDArray[np.float32], unit: float, low: float, high: float, found: npt.NDArray[np.float64]
-) -> float:
+def _metres_of(counts: npt.NDArray[np.float32], unit: float, low: float, high: float, found: Floats) -> float:
     """Return the lower median of nine depths, m; NaN where too few are known. There is room for nine in `found`."""
     count = 0
     for k in range(9):
@@ -130,7 +128,7 @@ def _metres_of(
 
 
 @helper
-def _is_clear(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+def _is_clear(mask: Bytes, x: float, y: float) -> bool:
     """Return True if the mask is not near a place: depth there may be the ground's."""
     most = mask.shape[1]
     left, middle, right = pixel(x - EDGE_PX, most), pixel(x, most), pixel(x + EDGE_PX, most)
@@ -142,12 +140,7 @@ def _is_clear(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
 
 
 @helper
-def _lay_line(
-    depths: npt.NDArray[np.float64],
-    at: npt.NDArray[np.float64],
-    slopes: npt.NDArray[np.float64],
-    known: npt.NDArray[np.float64],
-) -> None:
+def _lay_line(depths: Floats, at: Floats, slopes: Floats, known: Floats) -> None:
     """Write what the line of Theil and Sen through depths before an end shows: all columns but the ground's.
 
     There is room for the slopes of all pairs.
@@ -176,12 +169,12 @@ def sample_depths(
     unit: float,
     low: float,
     high: float,
-    mask: npt.NDArray[np.uint8],
-    points: npt.NDArray[np.float64],
-    spans: npt.NDArray[np.int64],
-    free: npt.NDArray[np.bool_],
+    mask: Bytes,
+    points: Floats,
+    spans: Ints,
+    free: Bools,
     width: float,
-) -> npt.NDArray[np.float64]:
+) -> Floats:
     """Measure the depth of cables at their ends, by the line of Theil and Sen through what lies before.
 
     Where there is one place only, the line is level, and its slope is not known.
@@ -259,14 +252,14 @@ def sample_depths(
 
 @helper
 def _depth_beside(
-    mask: npt.NDArray[np.uint8],
+    mask: Bytes,
     counts: npt.NDArray[np.float32],
-    place: npt.NDArray[np.float64],
+    place: Floats,
     aside: float,
     unit: float,
     low: float,
     high: float,
-    nine: npt.NDArray[np.float64],
+    nine: Floats,
 ) -> float:
     """Return the mean depth on those sides of a place that are clear of the mask, m; NaN where none is known."""
     x, y, dx, dy = place
@@ -295,16 +288,16 @@ def describe_depths(
     unit: float,
     low: float,
     high: float,
-    mask: npt.NDArray[np.uint8],
-    known: npt.NDArray[np.float64],
-    pairs: npt.NDArray[np.int64],
-    ways: npt.NDArray[np.float64],
-    steps: npt.NDArray[np.int64],
-    lengths: npt.NDArray[np.float64],
+    mask: Bytes,
+    known: Floats,
+    pairs: Ints,
+    ways: Floats,
+    steps: Ints,
+    lengths: Floats,
     focal: float,
     width: float,
-    covered: npt.NDArray[np.uint8],
-) -> npt.NDArray[np.float64]:
+    covered: Bytes,
+) -> Floats:
     """Describe how much more the depth along the ways between ends is that of the ground than that of a cable.
 
     Each place is compared with the depths of the cables and of the ground beside their ends, and with what lies beside
@@ -388,25 +381,19 @@ def describe_depths(
 
 
 @helper
-def _may_be_ground(known: npt.NDArray[np.float64], deviation: float, radius: float) -> bool:
+def _may_be_ground(known: Floats, deviation: float, radius: float) -> bool:
     """Return True if what an end shows does not stand out from the ground beside it: a cable does by its width."""
     return known[1] < max(_MIN_STANDING * deviation, radius)
 
 
 @helper
-def _spread(known: npt.NDArray[np.float64], beyond: float) -> float:
+def _spread(known: Floats, beyond: float) -> float:
     """Return the standard deviation of a line at a place beyond its end, times that of a place's depth."""
     return math.hypot(known[3], (known[5] + beyond) * known[6])
 
 
 @kernel(read(float64, 2), read(int64, 2), read(float64, 1), float64, float64)
-def measure_swerves(
-    known: npt.NDArray[np.float64],
-    pairs: npt.NDArray[np.int64],
-    lengths: npt.NDArray[np.float64],
-    focal: float,
-    width: float,
-) -> npt.NDArray[np.float64]:
+def measure_swerves(known: Floats, pairs: Ints, lengths: Floats, focal: float, width: float) -> Floats:
     """Measure how unlikely a cable is from one end to another, by its swerve towards the camera or away from it.
 
     Parameters

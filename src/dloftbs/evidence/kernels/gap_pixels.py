@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.evidence.kernels.colours import (
@@ -16,7 +15,7 @@ from dloftbs.evidence.kernels.colours import (
     colour_distance,
     is_on_mask,
 )
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import Bytes, Floats, Ints, helper, kernel, read, write
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y
 from dloftbs.kernels.shared.soft_masks import LEAST_PROBABLE, ridge_at
 
@@ -53,7 +52,7 @@ Source: bounds time and memory.
 
 
 @helper
-def _along(states: npt.NDArray[np.float64], i: int, j: int, t: float, place: npt.NDArray[np.float64]) -> None:
+def _along(states: Floats, i: int, j: int, t: float, place: Floats) -> None:
     """Write where a cubic from one end into another is, and its direction."""
     cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
     length = np.sqrt(cx * cx + cy * cy)
@@ -68,7 +67,7 @@ def _along(states: npt.NDArray[np.float64], i: int, j: int, t: float, place: npt
 
 
 @helper
-def _count_alike(colour: npt.NDArray[np.float64], samples: npt.NDArray[np.float64], deviation: float) -> float:
+def _count_alike(colour: Floats, samples: Floats, deviation: float) -> float:
     """Return how many of some samples a colour is like, each by a normal density over its peak."""
     alike = 0.0
     for k in range(len(samples)):
@@ -79,9 +78,7 @@ def _count_alike(colour: npt.NDArray[np.float64], samples: npt.NDArray[np.float6
 
 
 @kernel(read(float64, 2), read(int64, 2), float64)
-def lay_ways(
-    states: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], width: float
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+def lay_ways(states: Floats, pairs: Ints, width: float) -> tuple[Floats, Ints]:
     """Lay a way from one end into another for each pair, with places every half a width.
 
     Parameters
@@ -114,14 +111,8 @@ def lay_ways(
 
 @kernel(read(uint8, 2), read(int64, 2), int64, read(float64, 3), read(int64, 1), read(uint8, 2), float64)
 def list_uncovered(
-    mask: npt.NDArray[np.uint8],
-    pairs: npt.NDArray[np.int64],
-    count: int,
-    ways: npt.NDArray[np.float64],
-    steps: npt.NDArray[np.int64],
-    covered: npt.NDArray[np.uint8],
-    width: float,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    mask: Bytes, pairs: Ints, count: int, ways: Floats, steps: Ints, covered: Bytes, width: float
+) -> tuple[Ints, Ints, Ints]:
     """List the ways between ends with a place beside the mask that is not covered, and their ends.
 
     Parameters
@@ -173,21 +164,21 @@ def list_uncovered(
     read(uint8, 2),
 )  # fmt: skip
 def describe_pixels(
-    image: npt.NDArray[np.uint8],
-    mask: npt.NDArray[np.uint8],
-    pairs: npt.NDArray[np.int64],
-    asked: npt.NDArray[np.int64],
-    ways: npt.NDArray[np.float64],
-    steps: npt.NDArray[np.int64],
-    ground: npt.NDArray[np.float64],
-    grounds: npt.NDArray[np.int64],
-    cable: npt.NDArray[np.float64],
-    cables: npt.NDArray[np.int64],
-    middle: npt.NDArray[np.float64],
-    spread: npt.NDArray[np.float64],
+    image: Bytes,
+    mask: Bytes,
+    pairs: Ints,
+    asked: Ints,
+    ways: Floats,
+    steps: Ints,
+    ground: Floats,
+    grounds: Ints,
+    cable: Floats,
+    cables: Ints,
+    middle: Floats,
+    spread: Floats,
     width: float,
-    covered: npt.NDArray[np.uint8],
-) -> npt.NDArray[np.float64]:
+    covered: Bytes,
+) -> Floats:
     """Describe how much more the ways between ends look like the ground before these ends than like the cables.
 
     The place that looks most like the ground decides: what hides a cable may have any other colour, and ends in plain
@@ -254,12 +245,7 @@ def describe_pixels(
 
 
 @kernel(read(uint8, 2), read(float64, 3), read(int64, 1), write(uint8, 2))
-def mark_covered(
-    occluders: npt.NDArray[np.uint8],
-    ways: npt.NDArray[np.float64],
-    steps: npt.NDArray[np.int64],
-    covered: npt.NDArray[np.uint8],
-) -> None:
+def mark_covered(occluders: Bytes, ways: Floats, steps: Ints, covered: Bytes) -> None:
     """Mark the places of the ways between ends that occluders cover.
 
     Parameters
@@ -279,14 +265,7 @@ def mark_covered(
 
 
 @kernel(read(uint8, 2), read(uint8, 2), read(float64, 3), read(int64, 1), float64, write(uint8, 2))
-def mark_probable(
-    soft: npt.NDArray[np.uint8],
-    mask: npt.NDArray[np.uint8],
-    ways: npt.NDArray[np.float64],
-    steps: npt.NDArray[np.int64],
-    width: float,
-    covered: npt.NDArray[np.uint8],
-) -> None:
+def mark_probable(soft: Bytes, mask: Bytes, ways: Floats, steps: Ints, width: float, covered: Bytes) -> None:
     """Mark the places of the ways between ends, beside the mask, where there is a ridge of what is somewhat probable.
 
     Parameters

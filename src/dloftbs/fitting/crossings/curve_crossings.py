@@ -12,7 +12,6 @@ from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.config import DepthConfig
 from dloftbs.data.depth import unit_of
@@ -21,7 +20,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.fitting.crossings.kernels import crossing_order as order
 from dloftbs.fitting.crossings.kernels.crossing_groups import select_crossings
 from dloftbs.fitting.crossings.kernels.intersections import flatten, intersect, measure_arcs
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray, IntArray
 from dloftbs.support.values import unchecked
 
 MIN_CONFIDENCE = 0.6
@@ -91,8 +90,8 @@ class _Lines(NamedTuple):
 
     points: FloatArray
     arc: FloatArray
-    first: npt.NDArray[np.int64]
-    closed: npt.NDArray[np.bool_]
+    first: IntArray
+    closed: BoolArray
     widths: FloatArray
 
 
@@ -155,7 +154,7 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
 
 
 def _on_top(
-    lines: _Lines, pairs: npt.NDArray[np.int64], at: FloatArray, centres: FloatArray, frame: Frame, config: DepthConfig
+    lines: _Lines, pairs: IntArray, at: FloatArray, centres: FloatArray, frame: Frame, config: DepthConfig
 ) -> FloatArray:
     """Return for each crossing the log-odds, nats, that its first pass is on top; 0 is unknown."""
     odds = np.zeros(len(pairs))
@@ -176,9 +175,7 @@ def _on_top(
     return odds
 
 
-def _is_crowded(
-    lines: _Lines, pairs: npt.NDArray[np.int64], at: FloatArray, centres: FloatArray
-) -> npt.NDArray[np.bool_]:
+def _is_crowded(lines: _Lines, pairs: IntArray, at: FloatArray, centres: FloatArray) -> BoolArray:
     """Return whether a third stretch of the same two objects comes near to each crossing: its sides may show that."""
     reach = _CROWDED_WIDTHS * lines.widths[pairs].mean(axis=1)
     sizes = np.diff(lines.first)
@@ -191,5 +188,5 @@ def _is_crowded(
         along = np.minimum(along, lengths[:, None] - along)
         # A pass may turn back in a half circle, and is still the same stretch.
         near &= (owner[:, None] != pairs[:, p]) | (along > 0.5 * math.pi * reach)
-    crowded: npt.NDArray[np.bool_] = near.any(axis=0)
+    crowded: BoolArray = near.any(axis=0)
     return crowded

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64, uint8
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Bytes, Floats, helper, kernel, read
 
 
 @helper
-def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) -> bool:
+def _is_near(mask: Bytes, x: float, y: float, reach: float) -> bool:
     """Return whether a place lies on the mask, or no farther beside it than `reach`, px."""
     rows, columns = mask.shape
     column, row = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
@@ -26,7 +25,7 @@ def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) -> b
 
 
 @kernel(read(float64, 2), read(uint8, 2), float64)
-def stays_on_mask(points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], reach: float) -> bool:
+def stays_on_mask(points: Floats, mask: Bytes, reach: float) -> bool:
     """Return whether a curve surely lies on the mask, or no farther beside it than `reach`, between its points, too.
 
     Parameters
@@ -54,7 +53,7 @@ def stays_on_mask(points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], 
 
 
 @kernel(read(float64, 2), read(uint8, 2), float64)
-def lie_on_mask(points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], reach: float) -> npt.NDArray[np.bool_]:
+def lie_on_mask(points: Floats, mask: Bytes, reach: float) -> Bools:
     """Return which points (n,) lie on the mask, or no farther beside it than `reach`; as `stays_on_mask` takes them."""
     on = np.empty(len(points), dtype=np.bool_)
     for k in range(len(points)):
@@ -63,7 +62,7 @@ def lie_on_mask(points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], re
 
 
 @kernel(read(float64, 2), read(uint8, 2), int64, int64)
-def leaves_mask(points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], left: int, top: int) -> tuple[int, int]:
+def leaves_mask(points: Floats, mask: Bytes, left: int, top: int) -> tuple[int, int]:
     """Return the first and the last point that lies beside the mask; the number of points and -1 if none does.
 
     Parameters

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
-
-from dloftbs.kernels.compiler import helper, inlined
-
-_Floats = npt.NDArray[np.float64]
+from dloftbs.kernels.compiler import Floats, helper, inlined
 
 
 @inlined
@@ -17,7 +12,7 @@ def _share(value: float, length: float) -> float:
 
 
 @helper
-def basis_functions(knots: _Floats, span: int, u: float) -> tuple[float, float, float, float]:
+def basis_functions(knots: Floats, span: int, u: float) -> tuple[float, float, float, float]:
     """Return the four cubic basis functions of a knot span, by the recursion of Cox and de Boor.
 
     The order of its operations is scipy's, so that a sum of these times control points rounds as scipy's does.
@@ -39,7 +34,7 @@ def basis_functions(knots: _Floats, span: int, u: float) -> tuple[float, float, 
 
 
 @helper
-def point_and_slope(knots: _Floats, control: _Floats, span: int, u: float) -> tuple[float, float, float, float]:
+def point_and_slope(knots: Floats, control: Floats, span: int, u: float) -> tuple[float, float, float, float]:
     """Return ``(x, y)`` of a plane cubic at `u`, and a vector along its tangent, by de Boor's recursion.
 
     It blends the control points themselves. Not checked: ``knots[span] <= u <= knots[span + 1]``, the two different.
@@ -55,7 +50,7 @@ def point_and_slope(knots: _Floats, control: _Floats, span: int, u: float) -> tu
 
 @inlined
 def _blend(
-    control: _Floats, early: float, middle: float, late: float, before: float, after: float, last: float
+    control: Floats, early: float, middle: float, late: float, before: float, after: float, last: float
 ) -> tuple[float, float]:
     """Return one coordinate of the point, and of the last two points that it lies between, their difference."""
     p, q, r, s = control[0], control[1], control[2], control[3]

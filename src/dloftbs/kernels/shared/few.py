@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.kernels.compiler import inlined
-
-_Floats = npt.NDArray[np.float64]
+from dloftbs.kernels.compiler import Floats, inlined
 
 
 @inlined
-def insert(value: float, few: _Floats, count: int) -> None:
+def insert(value: float, few: Floats, count: int) -> None:
     """Insert a value into the first `count` of `few`, which are in order; there is room for one more."""
     k = count
     while k > 0 and few[k - 1] > value:
@@ -21,13 +18,13 @@ def insert(value: float, few: _Floats, count: int) -> None:
 
 
 @inlined
-def middle(few: _Floats, count: int) -> float:
+def middle(few: Floats, count: int) -> float:
     """Return the median of the first `count` of `few`, which are in order; NaN of none."""
     return 0.5 * (few[(count - 1) // 2] + few[count // 2]) if count > 0 else np.nan
 
 
 @inlined
-def median(values: _Floats, few: _Floats) -> float:
+def median(values: Floats, few: Floats) -> float:
     """Return the median of a few values, none of them NaN; NaN of none. There is room for them in `few`."""
     for k in range(len(values)):
         insert(values[k], few, k)

@@ -8,12 +8,9 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-import numpy as np
-import numpy.typing as npt
+from dloftbs.kernels.compiler import Ints, inlined
 
-from dloftbs.kernels.compiler import inlined
-
-Number = TypeVar("Number", int, npt.NDArray[np.int64])
+Number = TypeVar("Number", int, Ints)
 
 FREE = -1
 """In the place of a junction: an end that touches none."""

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
-from dloftbs.kernels.compiler import helper
+from dloftbs.kernels.compiler import Bytes, helper
 
 HALF = 128
 """Least value of what is rather cable than not, of 256.
@@ -41,7 +38,7 @@ Source: geometry; beyond its edge by half a width. On the soft border of another
 
 
 @helper
-def ridge_at(soft: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, width: float) -> int:
+def ridge_at(soft: Bytes, x: float, y: float, dx: float, dy: float, width: float) -> int:
     """Return the largest value across a place of a way, if there is less on either side; else 0, and -1 off the image.
 
     Parameters

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
-
-from dloftbs.kernels.compiler import inlined
-
-_Ints = npt.NDArray[np.int64]
+from dloftbs.kernels.compiler import Ints, inlined
 
 
 @inlined
-def find_root(parent: _Ints, i: int) -> int:
+def find_root(parent: Ints, i: int) -> int:
     """Return the root of a thing's group, and halve the path to it."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
@@ -20,7 +15,7 @@ def find_root(parent: _Ints, i: int) -> int:
 
 
 @inlined
-def unite(parent: _Ints, i: int, j: int) -> None:
+def unite(parent: Ints, i: int, j: int) -> None:
     """Make the groups of two things one, under the lower of their roots."""
     a, b = find_root(parent, i), find_root(parent, j)
     parent[max(a, b)] = min(a, b)

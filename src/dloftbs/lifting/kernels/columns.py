@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.kernels.compiler import helper
+from dloftbs.kernels.compiler import Floats, Ints, helper
 
 MAX_ROWS = 16
 """Largest number of values in a column.
@@ -13,10 +12,8 @@ MAX_ROWS = 16
 Source: by definition; a power of two, for which Batcher's network is made.
 """
 
-_Floats = npt.NDArray[np.float64]
 
-
-def _network() -> npt.NDArray[np.int64]:
+def _network() -> Ints:
     """Return the pairs (k, 2) that Batcher's odd-even mergesort compares."""
     pairs = []
     run = 1
@@ -38,7 +35,7 @@ _NETWORK = _network()
 
 
 @helper
-def sort_columns(values: _Floats) -> None:
+def sort_columns(values: Floats) -> None:
     """Sort each column of values (k, n), in place; none is NaN, and there are no more than `MAX_ROWS` rows."""
     for k in range(len(_NETWORK)):
         if _NETWORK[k, 1] >= len(values):  # rows that are not there hold infinity, and nothing changes places with it
@@ -51,7 +48,7 @@ def sort_columns(values: _Floats) -> None:
 
 
 @helper
-def medians_of_columns(values: _Floats) -> _Floats:
+def medians_of_columns(values: Floats) -> Floats:
     """Return the median of each column of values (k, n), infinity counting as no value; NaN of none. Sorts them."""
     sort_columns(values)
     medians = np.empty(values.shape[1])

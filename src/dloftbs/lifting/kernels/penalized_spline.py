@@ -8,10 +8,9 @@ The penalty is that of the least generalised cross-validation (Craven and Wahba,
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
 from dloftbs.kernels.shared.few import median
 from dloftbs.kernels.shared.gaussian import MEAN_DEVIATION, MEDIAN_DEVIATION
@@ -67,11 +66,8 @@ Source: by hand; neighbouring residuals of depth are alike, which plain cross-va
 """
 
 
-_Floats = npt.NDArray[np.float64]
-
-
 @helper
-def _factor(band: _Floats) -> None:
+def _factor(band: Floats) -> None:
     """Replace a matrix by its Cholesky factor, its diagonal inverted; band[i, k] is the entry at (i, i + k).
 
     All bands have `_PAD` rows of 0 more than the matrix, so that the loops over them have a fixed length.
@@ -88,7 +84,7 @@ def _factor(band: _Floats) -> None:
 
 
 @helper
-def _solve(factor: _Floats, right: _Floats) -> None:
+def _solve(factor: Floats, right: Floats) -> None:
     """Solve by the factor, in place."""
     n = len(factor) - _PAD
     for i in range(n):
@@ -102,7 +98,7 @@ def _solve(factor: _Floats, right: _Floats) -> None:
 
 
 @helper
-def _trace(factor: _Floats, normal: _Floats, inverse: _Floats) -> float:
+def _trace(factor: Floats, normal: Floats, inverse: Floats) -> float:
     """Return the trace of the inverse of a factored matrix times another one; only the bands are needed of both."""
     n = len(factor) - _PAD
     total = 0.0
@@ -124,9 +120,7 @@ def _trace(factor: _Floats, normal: _Floats, inverse: _Floats) -> float:
 
 
 @helper
-def _gather(
-    cells: npt.NDArray[np.int64], basis: _Floats, y: _Floats, weight: _Floats, normal: _Floats, right: _Floats
-) -> None:
+def _gather(cells: Ints, basis: Floats, y: Floats, weight: Floats, normal: Floats, right: Floats) -> None:
     """Write the normal equations; the four rows that a cell adds to are held in registers, and move on with it."""
     n = len(y)
     aa = ab = ac = ad = bb = bc = bd = cc = cd = dd = 0.0
@@ -149,7 +143,7 @@ def _gather(
 
 
 @helper
-def _solve_at(penalty: float, normal: _Floats, right: _Floats, factor: _Floats, coefficients: _Floats) -> None:
+def _solve_at(penalty: float, normal: Floats, right: Floats, factor: Floats, coefficients: Floats) -> None:
     """Write the coefficients for a penalty, and the factor of their matrix."""
     m = len(normal) - _PAD
     copy_rows_to(factor, normal)
@@ -166,7 +160,7 @@ def _solve_at(penalty: float, normal: _Floats, right: _Floats, factor: _Floats, 
 
 
 @helper
-def _misfit(normal: _Floats, right: _Floats, squared: float, coefficients: _Floats) -> float:
+def _misfit(normal: Floats, right: Floats, squared: float, coefficients: Floats) -> float:
     """Return the weighted sum of the squared residuals, `squared` being that of the values themselves."""
     total = squared
     for i in range(len(normal) - _PAD):
@@ -178,7 +172,7 @@ def _misfit(normal: _Floats, right: _Floats, squared: float, coefficients: _Floa
 
 
 @helper
-def _miss_neighbours(value: _Floats, prior: _Floats, root: _Floats, misses: _Floats) -> None:
+def _miss_neighbours(value: Floats, prior: Floats, root: Floats, misses: Floats) -> None:
     """Write by how much each known value differs from those around it.
 
     That is from the median of as many to either side, which on a slope is the value itself. At the ends, where there
@@ -220,7 +214,7 @@ def _miss_neighbours(value: _Floats, prior: _Floats, root: _Floats, misses: _Flo
 
 
 @helper
-def _weigh(prior: _Floats, misses: _Floats, scale: float, weight: _Floats) -> None:
+def _weigh(prior: Floats, misses: Floats, scale: float, weight: Floats) -> None:
     """Write the weights of values by how far off they are, by Huber."""
     k = 0
     for i in range(len(prior)):
@@ -230,7 +224,7 @@ def _weigh(prior: _Floats, misses: _Floats, scale: float, weight: _Floats) -> No
 
 
 @kernel(read(float64, 1), read(float64, 1), int64, float64)
-def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floats, float]:
+def smooth(y: Floats, counts: Floats, spans: int, floor: float) -> tuple[Floats, float]:
     """Lay a smooth line through equally spaced values, whatever stretches of them are missing or wrong.
 
     Values that differ from a line through those around by more than most do count less, wherever all of these lie: a
@@ -316,7 +310,7 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
 
 
 @kernel(read(float64, 1), read(float64, 1), read(boolean, 1), float64)
-def deviation_of_line(y: _Floats, line: _Floats, seen: npt.NDArray[np.bool_], freedom: float) -> float:
+def deviation_of_line(y: Floats, line: Floats, seen: Bools, freedom: float) -> float:
     """Return the standard deviation of a smooth line by the noise of its values.
 
     That of n values of which each stands for itself is sqrt(freedom / n) times theirs. Neighbours that err alike are

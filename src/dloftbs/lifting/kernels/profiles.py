@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, float32, float64, int64, uint8, uint16
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Bytes, Floats, helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.selection import nth_least
@@ -69,10 +69,6 @@ _ROUNDS = 6
 Source: numerics; it has settled by then.
 """
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-_Flags = npt.NDArray[np.bool_]
-
 
 @kernel(
     read(float64, 2),
@@ -87,17 +83,17 @@ _Flags = npt.NDArray[np.bool_]
     float64,
 )
 def lay_profiles(
-    points: _Floats,
-    tangents: _Floats,
-    radius: _Floats,
-    mask: npt.NDArray[np.uint8],
+    points: Floats,
+    tangents: Floats,
+    radius: Floats,
+    mask: Bytes,
     left: int,
     top: int,
     depth: npt.NDArray[Any],
     unit_m: float,
     low_m: float,
     high_m: float,
-) -> tuple[_Floats, _Floats, _Flags]:
+) -> tuple[Floats, Floats, Bools]:
     """Read depth in rows of places across an object, from inside of both borders to far beyond them.
 
     Parameters
@@ -156,7 +152,7 @@ def lay_profiles(
 
 
 @helper
-def _grounds_beside(metres: _Floats, on: _Flags, low: int) -> _Floats:
+def _grounds_beside(metres: Floats, on: Bools, low: int) -> Floats:
     """Return the median of the depths in some places of each profile, off the mask; NaN where there are too few."""
     n = len(metres)
     places = np.empty((_GROUND_PLACES, n))
@@ -172,7 +168,7 @@ def _grounds_beside(metres: _Floats, on: _Flags, low: int) -> _Floats:
 
 
 @helper
-def _noise_of(metres: _Floats, on: _Flags) -> float:
+def _noise_of(metres: Floats, on: Bools) -> float:
     """Return the noise's deviation over the depth squared, from places next to each other that show the ground.
 
     Where depth comes in steps above the noise, most neighbours are equal: then the step counts.
@@ -199,7 +195,7 @@ def _noise_of(metres: _Floats, on: _Flags) -> float:
 
 
 @helper
-def _third_nearest(metres: _Floats, offsets: _Floats, reach: float) -> float:
+def _third_nearest(metres: Floats, offsets: Floats, reach: float) -> float:
     """Return the third nearest depth within a distance of the middle line; NaN if there are not as many.
 
     One flying or noisy pixel is nearer than an object at times, three hardly ever are.
@@ -224,9 +220,7 @@ def _middle_of_three(before: float, own: float, after: float) -> float:
 
 
 @kernel(read(float64, 2), read(float64, 2), read(boolean, 2), read(float64, 1))
-def read_profiles(
-    metres: _Floats, offsets: _Floats, on: _Flags, radius: _Floats
-) -> tuple[_Floats, float, _Floats, _Floats]:
+def read_profiles(metres: Floats, offsets: Floats, on: Bools, radius: Floats) -> tuple[Floats, float, Floats, Floats]:
     """Measure the ground beside an object, its noise, and where the object's edges of depth lie against the mask's.
 
     Between an object's depth and the ground's lies the edge of depth, to both sides: halfway between these two edges
@@ -289,7 +283,7 @@ def read_profiles(
 
 
 @kernel(read(float64, 1), int64, int64)
-def spread(values: _Floats, count: int, every: int) -> _Floats:
+def spread(values: Floats, count: int, every: int) -> Floats:
     """Return values of all of some sections, given those of some of them.
 
     Parameters
@@ -318,7 +312,7 @@ def spread(values: _Floats, count: int, every: int) -> _Floats:
 
 
 @helper
-def edges_of(sums: _Floats) -> tuple[float, float, float]:
+def edges_of(sums: Floats) -> tuple[float, float, float]:
     """Return the displacement ``(x, y)`` and by how much edges are farther out, px, that the sums of `add_edges` show.
 
     Without evidence they are 0: as much is expected by `_PRIOR_PX`.
@@ -331,7 +325,7 @@ def edges_of(sums: _Floats) -> tuple[float, float, float]:
 
 
 @kernel(read(float64, 2), read(float64, 1), read(float64, 1), read(float64, 1), float64)
-def add_edges(tangents: _Floats, aside: _Floats, wider: _Floats, past: _Floats, memory: float) -> _Floats:
+def add_edges(tangents: Floats, aside: Floats, wider: Floats, past: Floats, memory: float) -> Floats:
     """Return what is known of where depth has its edges: displaced against the mask's, and farther apart.
 
     A profile's distance aside is the displacement's part along the profile. These are the sums of the normal equations,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.cubic import point_and_slope
 from dloftbs.kernels.shared.polyline import polyline_length
 from dloftbs.kernels.shared.selection import median_of
@@ -18,12 +17,8 @@ Source: bounds time.
 """
 
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-
-
 @helper
-def _level_radius(u: _Floats, radius: _Floats, at: _Floats, block: int) -> _Floats:
+def _level_radius(u: Floats, radius: Floats, at: Floats, block: int) -> Floats:
     """Return the radius at `at` (n,): medians of blocks of points, and straight lines between their middles."""
     m = len(u)
     blocks = max(m // max(block, 1), 1)
@@ -47,8 +42,8 @@ def _level_radius(u: _Floats, radius: _Floats, at: _Floats, block: int) -> _Floa
 
 @kernel(read(float64, 1), read(float64, 2), read(float64, 1), read(float64, 1), boolean, float64, int64, int64)
 def lay_sections(
-    knots: _Floats, control: _Floats, u: _Floats, radius: _Floats, closed: bool, step: float, least: int, block: int
-) -> tuple[_Floats, _Floats, _Floats, _Floats, float]:
+    knots: Floats, control: Floats, u: Floats, radius: Floats, closed: bool, step: float, least: int, block: int
+) -> tuple[Floats, Floats, Floats, Floats, float]:
     """Lay sections across a cubic B-spline in the image, at evenly spaced parameters.
 
     Not checked: the knots span 0 to 1.
@@ -96,9 +91,7 @@ def lay_sections(
 
 
 @kernel(read(float64, 2), read(float64, 2), read(float64, 1), float64, float64, float64, float64)
-def find_rays(
-    points: _Floats, tangents: _Floats, radius: _Floats, fx: float, fy: float, cx: float, cy: float
-) -> _Floats:
+def find_rays(points: Floats, tangents: Floats, radius: Floats, fx: float, fy: float, cx: float, cy: float) -> Floats:
     """Return the rays through the middles of sections and both their ends, for a pinhole camera without a lens.
 
     Parameters
@@ -126,8 +119,8 @@ def find_rays(
 
 @kernel(read(float64, 1), boolean, int64, read(float64, 1))
 def confirm_sections(
-    surface_m: _Floats, closed: bool, least: int, line: _Floats
-) -> tuple[npt.NDArray[np.bool_], _Ints, int, int, int, float, float]:
+    surface_m: Floats, closed: bool, least: int, line: Floats
+) -> tuple[Bools, Ints, int, int, int, float, float]:
     """Strike off single sections that have no neighbour, and list the stretches without any.
 
     A single one between sections without depth of their own is as likely what is left of something else's.

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, float32, float64, int64, uint8, uint16
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Bytes, Floats, helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.lifting.kernels.columns import sort_columns
 
@@ -97,18 +97,16 @@ _NOWHERE = -1e6
 Source: by definition.
 """
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
 _Pixels = npt.NDArray[np.int32]
 
 
 class _Sections(NamedTuple):
     """Sections of `find_surface`, and the depth of the ground beside them."""
 
-    points: _Floats
-    tangents: _Floats
-    radius: _Floats
-    ground: _Floats
+    points: Floats
+    tangents: Floats
+    radius: Floats
+    ground: Floats
 
 
 class _Samples(NamedTuple):
@@ -116,8 +114,8 @@ class _Samples(NamedTuple):
 
     rows: _Pixels
     columns: _Pixels
-    own: npt.NDArray[np.bool_]
-    counts: _Floats
+    own: Bools
+    counts: Floats
 
 
 class _DepthView(NamedTuple):
@@ -134,9 +132,7 @@ class _DepthView(NamedTuple):
 
 
 @helper
-def _lay_places(
-    points: _Floats, tangents: _Floats, radius: _Floats, used: npt.NDArray[np.bool_]
-) -> tuple[_Floats, _Floats]:
+def _lay_places(points: Floats, tangents: Floats, radius: Floats, used: Bools) -> tuple[Floats, Floats]:
     """Return ``x`` and ``y`` (`_ENOUGH`, n) of the places of each section, and `_NOWHERE` where it has no more."""
     n = len(points)
     x, y = np.full((_ENOUGH, n), _NOWHERE), np.full((_ENOUGH, n), _NOWHERE)
@@ -162,7 +158,7 @@ def _lay_places(
 
 
 @helper
-def _pixels_of(places: _Floats, shift: float, corner: int, size: int, own: npt.NDArray[np.bool_]) -> _Pixels:
+def _pixels_of(places: Floats, shift: float, corner: int, size: int, own: Bools) -> _Pixels:
     """Return the rows or columns of places, moved, within an array; those beyond its border are not the object's."""
     inside = np.empty(places.shape, dtype=np.int32)
     for j in range(places.shape[0]):
@@ -174,7 +170,7 @@ def _pixels_of(places: _Floats, shift: float, corner: int, size: int, own: npt.N
 
 
 @helper
-def _read(pixels: npt.NDArray[Any], rows: _Pixels, columns: _Pixels, values: _Floats) -> None:
+def _read(pixels: npt.NDArray[Any], rows: _Pixels, columns: _Pixels, values: Floats) -> None:
     """Write the values of pixels; a loop of its own, since it waits for memory, and so for many pixels at once."""
     for j in range(rows.shape[0]):
         for i in range(rows.shape[1]):
@@ -182,7 +178,7 @@ def _read(pixels: npt.NDArray[Any], rows: _Pixels, columns: _Pixels, values: _Fl
 
 
 @helper
-def _level(values: _Floats, known: int, slenderness: float, ground: float, noise: float) -> tuple[float, int]:
+def _level(values: Floats, known: int, slenderness: float, ground: float, noise: float) -> tuple[float, int]:
     """Return the mean depth of a section's surface, and the number of its pixels, from its sorted depths.
 
     The surface is the shortest interval that holds more than a third of the depths, the nearer of two. Flying pixels,
@@ -216,7 +212,7 @@ def _level(values: _Floats, known: int, slenderness: float, ground: float, noise
 
 
 @helper
-def _judge(sections: _Sections, samples: _Samples, view: _DepthView) -> tuple[_Floats, _Floats, float]:
+def _judge(sections: _Sections, samples: _Samples, view: _DepthView) -> tuple[Floats, Floats, float]:
     """Return what `find_surface` does; the counts are replaced by what they show, in order."""
     points, tangents, radius, ground = sections
     rows, columns, own, values = samples
@@ -279,11 +275,11 @@ def _judge(sections: _Sections, samples: _Samples, view: _DepthView) -> tuple[_F
     float64,
 )
 def find_surface(
-    points: _Floats,
-    tangents: _Floats,
-    radius: _Floats,
-    used: npt.NDArray[np.bool_],
-    mask: npt.NDArray[np.uint8],
+    points: Floats,
+    tangents: Floats,
+    radius: Floats,
+    used: Bools,
+    mask: Bytes,
     depth: npt.NDArray[Any],
     left: int,
     top: int,
@@ -294,9 +290,9 @@ def find_surface(
     dx: float,
     dy: float,
     fattened: float,
-    ground: _Floats,
+    ground: Floats,
     noise: float,
-) -> tuple[_Floats, _Floats, float]:
+) -> tuple[Floats, Floats, float]:
     """Return for each section the depth of a round object's surface on its middle line.
 
     It comes from pixels in the middle of the object, away from its borders, and inside of the mask. Each pixel's depth

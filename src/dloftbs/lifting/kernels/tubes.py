@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import Bools, Floats, helper, kernel, read, write
 from dloftbs.kernels.shared.selection import median_of
 
 _MIN_SINE = 0.2
@@ -16,11 +15,8 @@ Source: by hand; a tube that points at the camera shows its end, not its side.
 """
 
 
-_Floats = npt.NDArray[np.float64]
-
-
 @helper
-def _tangent(rays: _Floats, depth: _Floats, i: int, closed: bool, tangent: _Floats) -> None:
+def _tangent(rays: Floats, depth: Floats, i: int, closed: bool, tangent: Floats) -> None:
     """Write the unit direction of the line through the points ``rays * depth`` at one of them."""
     n = len(rays)
     before, after = (i - 1) % n if closed else max(i - 1, 0), (i + 1) % n if closed else min(i + 1, n - 1)
@@ -34,7 +30,7 @@ def _tangent(rays: _Floats, depth: _Floats, i: int, closed: bool, tangent: _Floa
 
 
 @helper
-def _cross(a: _Floats, b: _Floats, result: _Floats) -> float:
+def _cross(a: Floats, b: Floats, result: Floats) -> float:
     """Write the cross product and return its length."""
     result[0] = a[1] * b[2] - a[2] * b[1]
     result[1] = a[2] * b[0] - a[0] * b[2]
@@ -44,8 +40,8 @@ def _cross(a: _Floats, b: _Floats, result: _Floats) -> float:
 
 @kernel(read(float64, 3), read(float64, 1), float64, read(boolean, 1), boolean)
 def surface_to_axis(
-    bundles: _Floats, inverse: _Floats, shift: float, seen: npt.NDArray[np.bool_], closed: bool
-) -> tuple[_Floats, _Floats, float]:
+    bundles: Floats, inverse: Floats, shift: float, seen: Bools, closed: bool
+) -> tuple[Floats, Floats, float]:
     """Move the middle line of a round object's surface to its axis: away from the camera, along each ray.
 
     A ray that meets the axis under the angle ``a`` meets the surface ``radius / sin(a)`` before it. The radius is the
@@ -119,7 +115,7 @@ def surface_to_axis(
 
 
 @helper
-def _nearest(points: _Floats, start: int, closed: bool, x: float, y: float) -> tuple[int, float]:
+def _nearest(points: Floats, start: int, closed: bool, x: float, y: float) -> tuple[int, float]:
     """Go along points as long as they come nearer, and return where that ends, and the distance there."""
     n = len(points)
     here, least = start, np.hypot(points[start, 0] - x, points[start, 1] - y)
@@ -139,11 +135,11 @@ def _nearest(points: _Floats, start: int, closed: bool, x: float, y: float) -> t
 
 @kernel(write(boolean, 1), read(float64, 2), boolean, int64, read(float64, 2), boolean, int64, float64)
 def mask_occluded(
-    used: npt.NDArray[np.bool_],
-    points: _Floats,
+    used: Bools,
+    points: Floats,
     closed: bool,
     at: int,
-    others: _Floats,
+    others: Floats,
     others_closed: bool,
     others_at: int,
     reach_px: float,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read, write
 from dloftbs.kernels.shared.few import median
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.selection import median_of
@@ -36,12 +35,9 @@ _STEEPEST = 3.0
 Source: by hand; 72 degrees, where a cable is seen nearly from its end.
 """
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-
 
 @helper
-def _list_known(surface_m: _Floats) -> _Ints:
+def _list_known(surface_m: Floats) -> Ints:
     """Return the numbers of the sections whose depth is known, ascending."""
     own = np.empty(len(surface_m), dtype=np.int64)
     known = 0
@@ -53,13 +49,13 @@ def _list_known(surface_m: _Floats) -> _Ints:
 
 
 @helper
-def _is_steep(surface_m: _Floats, own: _Ints, rates: _Floats, spacing: float, k: int) -> bool:
+def _is_steep(surface_m: Floats, own: Ints, rates: Floats, spacing: float, k: int) -> bool:
     """Return whether the depth changes more from a known section to the next than along any cable."""
     return bool(abs(rates[k]) > _STEEPEST * spacing * min(surface_m[own[k]], surface_m[own[k + 1]]))
 
 
 @helper
-def _usual_before(rates: _Floats) -> _Floats:
+def _usual_before(rates: Floats) -> Floats:
     """Return the median of the changes before each place between changes, and of those after the one `_AROUND` before.
 
     Both are of up to `_AROUND` changes, beyond the ends of fewer; NaN of none.
@@ -83,7 +79,7 @@ def _beyond(change: float, before: float, after: float, gap: int) -> float:
 
 
 @helper
-def _find_stretches(size: _Floats, limit: _Floats) -> _Ints:
+def _find_stretches(size: Floats, limit: Floats) -> Ints:
     """Return the first section of each stretch between steps, and at last the number of all."""
     first = np.empty(len(size) + 2, dtype=np.int64)
     first[0] = 0
@@ -97,7 +93,7 @@ def _find_stretches(size: _Floats, limit: _Floats) -> _Ints:
 
 
 @kernel(write(float64, 1), read(float64, 1), float64, int64, int64)
-def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most: int, most_at_end: int) -> int:
+def strike_steps(surface_m: Floats, slenderness: Floats, spacing: float, most: int, most_at_end: int) -> int:
     """Strike off short stretches beyond steps of depth: something else is seen there.
 
     A step is where the depth changes by more than a radius beyond what it does before and after, and by more than
@@ -185,7 +181,7 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most:
 
 
 @kernel(write(float64, 1), read(float64, 1), read(float64, 1), float64, float64)
-def strike_ground(surface_m: _Floats, ground_m: _Floats, slenderness: _Floats, noise: float, spacing: float) -> None:
+def strike_ground(surface_m: Floats, ground_m: Floats, slenderness: Floats, noise: float, spacing: float) -> None:
     """Strike off sections in which the ground is seen, beside the object or through it.
 
     The crest of a round object on the ground is its width above it, and that of a flat one is not. So depth within half

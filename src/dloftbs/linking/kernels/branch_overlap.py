@@ -8,10 +8,9 @@ point at which one of the two cables ends and the mask gets narrow.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.graph_ends import branch_of, other_end
 from dloftbs.kernels.shared.selection import falling_order
@@ -99,18 +98,18 @@ def _overlap_cost(length: float, branch_width: float, width: float) -> float:
     read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1),
 )  # fmt: skip
 def list_paths(
-    nodes: npt.NDArray[np.int64],
-    spur: npt.NDArray[np.bool_],
-    unresolved: npt.NDArray[np.bool_],
-    reach: npt.NDArray[np.int64],
-    spans: npt.NDArray[np.int64],
-    widths: npt.NDArray[np.float64],
+    nodes: Ints,
+    spur: Bools,
+    unresolved: Bools,
+    reach: Ints,
+    spans: Ints,
+    widths: Floats,
     width: float,
-    first: npt.NDArray[np.int64],
-    members: npt.NDArray[np.int64],
-    starts: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_], npt.NDArray[np.float64]]:
+    first: Ints,
+    members: Ints,
+    starts: Ints,
+    costs: Floats,
+) -> tuple[Ints, Bools, Floats]:
     """List the series of branches that two cables may share.
 
     Parameters
@@ -209,13 +208,7 @@ def list_paths(
 
 
 @kernel(read(int64, 2), read(boolean, 1), read(int64, 1), read(int64, 1), read(int64, 1))
-def changed_junctions(
-    paths: npt.NDArray[np.int64],
-    inside: npt.NDArray[np.bool_],
-    nodes: npt.NDArray[np.int64],
-    first: npt.NDArray[np.int64],
-    members: npt.NDArray[np.int64],
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def changed_junctions(paths: Ints, inside: Bools, nodes: Ints, first: Ints, members: Ints) -> tuple[Ints, Ints, Ints]:
     """List the ends at every junction on the paths, before and after their branches are shared.
 
     Parameters
@@ -278,13 +271,8 @@ def changed_junctions(
     read(int64, 2), read(boolean, 1), read(float64, 1), read(int64, 2), read(float64, 1), read(int64, 1)
 )  # fmt: skip
 def choose_paths(
-    paths: npt.NDArray[np.int64],
-    inside: npt.NDArray[np.bool_],
-    overlap_cost: npt.NDArray[np.float64],
-    changes: npt.NDArray[np.int64],
-    totals: npt.NDArray[np.float64],
-    nodes: npt.NDArray[np.int64],
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    paths: Ints, inside: Bools, overlap_cost: Floats, changes: Ints, totals: Floats, nodes: Ints
+) -> tuple[Ints, Ints, Floats]:
     """Take the paths that save cost, the highest gain first, as far as they do not touch each other's junctions.
 
     Parameters

@@ -9,10 +9,9 @@ where the mask parts into strands.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64, uint8
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bytes, Floats, helper, kernel, read
 from dloftbs.kernels.shared.ramp import ramp_down
 
 _TAIL_RADII = 1.5
@@ -201,7 +200,7 @@ Source: numerics; such a place belongs to the pixel ahead, from wherever it is l
 
 
 @helper
-def _heading(points: npt.NDArray[np.float64], arc: npt.NDArray[np.float64]) -> tuple[float, float]:
+def _heading(points: Floats, arc: Floats) -> tuple[float, float]:
     """Fit a parabola to points by least squares, and return heading and curvature where `arc` is 0."""
     m = np.zeros(5)
     right = np.zeros((3, 2))
@@ -225,14 +224,14 @@ def _heading(points: npt.NDArray[np.float64], arc: npt.NDArray[np.float64]) -> t
 
 
 @helper
-def is_inside(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+def is_inside(mask: Bytes, x: float, y: float) -> bool:
     """Return whether the pixel at a point is foreground; beyond the image there is none."""
     column, row = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
     return 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
 
 
 @helper
-def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
+def _reach(mask: Bytes, x: float, y: float, dx: float, dy: float, most: float) -> float:
     """Return how far the mask goes from a point along a unit vector, to half a pixel, or below 0 how far it is away."""
     ahead_x, ahead_y = x + _TIE * dx, y + _TIE * dy
     t = 0.5
@@ -246,7 +245,7 @@ def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
 
 
 @helper
-def _cap_radius(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, radius: float) -> float:
+def _cap_radius(mask: Bytes, x: float, y: float, dx: float, dy: float, radius: float) -> float:
     """Return half the width of the mask just before the cap at a tip, px: `radius`, or less where the cable tapers."""
     narrowest = radius
     for narrowing in range(_NARROWINGS):
@@ -264,7 +263,7 @@ def _cap_radius(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: 
 
 
 @helper
-def _free_radius(mask: npt.NDArray[np.uint8], x: float, y: float, least: float, most: float) -> float:
+def _free_radius(mask: Bytes, x: float, y: float, least: float, most: float) -> float:
     """Return how far the mask goes from a point in all of eight directions, px: 0 where that is below `least`."""
     for dx, dy in _DIRECTIONS:
         if not is_inside(mask, x + (least - 0.5) * dx, y + (least - 0.5) * dy):
@@ -276,7 +275,7 @@ def _free_radius(mask: npt.NDArray[np.uint8], x: float, y: float, least: float, 
 
 
 @helper
-def _find_knob(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], radius: float) -> tuple[int, float]:
+def _find_knob(mask: Bytes, points: Floats, radius: float) -> tuple[int, float]:
     """Find a knob at the tip: the number of points to its middle, and its radius; all and `radius` if there is none."""
     least, most = _KNOB * radius + 1.0, _LARGEST_KNOB * radius
     last, widest = len(points), radius
@@ -289,7 +288,7 @@ def _find_knob(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], rad
 
 
 @helper
-def _beyond_axis(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, radius: float) -> float:
+def _beyond_axis(mask: Bytes, x: float, y: float, dx: float, dy: float, radius: float) -> float:
     """Return how far before a tip on the mask's edge the axis ends, px; below 0 it goes on.
 
     The mask's extent is compared along rays beside each other. Its roundness is how much farther it reaches in the
@@ -329,7 +328,7 @@ def _beyond_axis(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy:
 
 
 @helper
-def _way_inside(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float) -> float:
+def _way_inside(mask: Bytes, x: float, y: float, dx: float, dy: float) -> float:
     """Return how far the mask goes from a point along a unit vector, at most 1."""
     ahead_x, ahead_y = x + _TIE * dx + 0.5, y + _TIE * dy + 0.5
     if mask[int(ahead_y + dy), int(ahead_x + dx)] != 0:
@@ -345,7 +344,7 @@ def _way_inside(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: 
 
 
 @helper
-def _shortened(points: npt.NDArray[np.float64], back: float) -> npt.NDArray[np.float64]:
+def _shortened(points: Floats, back: float) -> Floats:
     """Return a line without its last stretch of a length in px; its first point stays."""
     count = len(points)
     while count > 1:
@@ -362,9 +361,7 @@ def _shortened(points: npt.NDArray[np.float64], back: float) -> npt.NDArray[np.f
 
 
 @kernel(read(uint8, 2), read(float64, 2), float64)
-def extend_end(
-    mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], radius: float
-) -> tuple[int, npt.NDArray[np.float64]]:
+def extend_end(mask: Bytes, points: Floats, radius: float) -> tuple[int, Floats]:
     """Lead a free end on to where the axis ends, in the place of the skeleton's tail, which may veer into a corner.
 
     From one and a half radii before the last point on, the line goes on with the bending that it has there, drawn to
@@ -449,7 +446,7 @@ def extend_end(
 
 
 @kernel(read(uint8, 2), read(float64, 2), int64, int64, float64)
-def is_seen(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], i: int, j: int, width: float) -> bool:
+def is_seen(mask: Bytes, points: Floats, i: int, j: int, width: float) -> bool:
     """Return whether a cable can be seen all the way between two points: the mask has no long break.
 
     Parameters

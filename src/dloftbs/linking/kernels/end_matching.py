@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN
 from dloftbs.kernels.shared.union_find import find_root, unite
 from dloftbs.linking.kernels.pairings import cost_of_pair, list_pairs_of, match_by_exchange, match_exactly
-
-_Ints = npt.NDArray[np.int64]
-_Floats = npt.NDArray[np.float64]
 
 EXACT = 10
 """Number of connected ends up to which they are paired exactly; more are paired by exchanges.
@@ -29,16 +25,16 @@ Source: bounds time, as `EXACT`.
 
 @helper
 def _match(
-    rows: _Ints,
-    columns: _Ints,
-    costs: _Floats,
-    open_cost: _Floats,
-    first: _Ints,
-    pairs: _Ints,
-    own: _Ints,
-    ends: _Ints,
-    local: _Ints,
-    partner: _Ints,
+    rows: Ints,
+    columns: Ints,
+    costs: Floats,
+    open_cost: Floats,
+    first: Ints,
+    pairs: Ints,
+    own: Ints,
+    ends: Ints,
+    local: Ints,
+    partner: Ints,
 ) -> None:
     """Write the partners of a group of ends: `match_exactly` of few, `match_by_exchange` of many.
 
@@ -67,15 +63,15 @@ def _match(
 @helper
 def _best_alternative(
     a: int,
-    rows: _Ints,
-    columns: _Ints,
-    costs: _Floats,
-    open_cost: _Floats,
-    first: _Ints,
-    pairs: _Ints,
-    partner: _Ints,
-    cost_now: _Floats,
-    same: _Ints,
+    rows: Ints,
+    columns: Ints,
+    costs: Floats,
+    open_cost: Floats,
+    first: Ints,
+    pairs: Ints,
+    partner: Ints,
+    cost_now: Floats,
+    same: Ints,
 ) -> tuple[float, int]:
     """Return the extra cost of the best matching without one pair, and the new partner of `a` in it, or -1."""
     b = partner[a]
@@ -99,7 +95,7 @@ def _best_alternative(
 
 
 @helper
-def _find_groups(rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
+def _find_groups(rows: Ints, columns: Ints, n: int) -> Ints:
     """Return for each end the lowest one connected with it by a chain of pairs."""
     group = np.arange(n)
     for k in range(len(rows)):
@@ -110,7 +106,7 @@ def _find_groups(rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64], n:
 
 
 @helper
-def group_by_key(keys: npt.NDArray[np.int64], n: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def group_by_key(keys: Ints, n: int) -> tuple[Ints, Ints]:
     """Sort indices by their keys, 0 to n - 1: return the start of each key in the order, and the order.
 
     Those with keys below 0 are left out.
@@ -132,13 +128,8 @@ def group_by_key(keys: npt.NDArray[np.int64], n: int) -> tuple[npt.NDArray[np.in
 
 @helper
 def match_ends(
-    rows: npt.NDArray[np.int64],
-    columns: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    bonus: npt.NDArray[np.float64],
-    open_cost: npt.NDArray[np.float64],
-    end_id: npt.NDArray[np.int64],
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    rows: Ints, columns: Ints, costs: Floats, bonus: Floats, open_cost: Floats, end_id: Ints
+) -> tuple[Ints, Floats, Floats, Ints]:
     """Match ends at the least total cost; an end may stay open.
 
     Ends that no chain of possible pairs connects are independent: each connected group is matched by itself,
@@ -204,7 +195,7 @@ def match_ends(
 
 
 @helper
-def _least_cost(cost: _Floats, open_cost: _Floats) -> float:
+def _least_cost(cost: Floats, open_cost: Floats) -> float:
     """Return the least cost of a matching of ends (n,), from the costs of all their pairs (n, n)."""
     size = len(open_cost)
     partner = np.empty(size, dtype=np.int64)
@@ -235,15 +226,8 @@ def _least_cost(cost: _Floats, open_cost: _Floats) -> float:
     read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1),
 )  # fmt: skip
 def least_costs(
-    sets: npt.NDArray[np.int64],
-    slots: npt.NDArray[np.int64],
-    nodes: npt.NDArray[np.int64],
-    open_cost: npt.NDArray[np.float64],
-    first: npt.NDArray[np.int64],
-    members: npt.NDArray[np.int64],
-    starts: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-) -> npt.NDArray[np.float64]:
+    sets: Ints, slots: Ints, nodes: Ints, open_cost: Floats, first: Ints, members: Ints, starts: Ints, costs: Floats
+) -> Floats:
     """Return the least cost of a matching of each set of ends.
 
     Parameters

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import X, Y
 from dloftbs.kernels.shared.selection import falling_order
 from dloftbs.linking.kernels.end_matching import match_ends
 from dloftbs.linking.kernels.joint_features import GAP_LENGTH
 from dloftbs.linking.kernels.weights import JOINT
 
-_Joints = tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]
+_Joints = tuple[Ints, Floats, Floats, Ints]
 
 _HIDING_SHARE = 2.0 / 3.0
 """Share of what its length costs that a gap is spared where another one shows that something hides parts of the cables.
@@ -42,7 +41,7 @@ Source: by definition; each end of the pair belongs to one sure gap at most.
 
 
 @helper
-def _gap_length(nodes: npt.NDArray[np.int64], states: npt.NDArray[np.float64], i: int, j: int) -> float:
+def _gap_length(nodes: Ints, states: Floats, i: int, j: int) -> float:
     """Return the length of the gap between two ends, px; 0 between ends at one junction."""
     if nodes[i] >= 0 and nodes[i] == nodes[j]:
         return 0.0
@@ -51,13 +50,8 @@ def _gap_length(nodes: npt.NDArray[np.int64], states: npt.NDArray[np.float64], i
 
 @helper
 def _match_gaining(
-    rows: npt.NDArray[np.int64],
-    columns: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    bonus: npt.NDArray[np.float64],
-    open_cost: npt.NDArray[np.float64],
-    end_id: npt.NDArray[np.int64],
-) -> tuple[_Joints, npt.NDArray[np.float64]]:
+    rows: Ints, columns: Ints, costs: Floats, bonus: Floats, open_cost: Floats, end_id: Ints
+) -> tuple[_Joints, Floats]:
     """Match ends by the pairs that cost less than two open ends; return the extra cost of each pair over these, too."""
     lacking, count = np.empty(len(rows)), 0
     own_rows, own_columns = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.int64)
@@ -74,15 +68,15 @@ def _match_gaining(
 
 @helper
 def _lower_costs(
-    rows: npt.NDArray[np.int64],
-    columns: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    partner: npt.NDArray[np.int64],
-    margin: npt.NDArray[np.float64],
-    nodes: npt.NDArray[np.int64],
-    states: npt.NDArray[np.float64],
-    counted: npt.NDArray[np.float64],
-) -> npt.NDArray[np.float64]:
+    rows: Ints,
+    columns: Ints,
+    costs: Floats,
+    partner: Ints,
+    margin: Floats,
+    nodes: Ints,
+    states: Floats,
+    counted: Floats,
+) -> Floats:
     """Return the costs, lower for gaps that share no end with a sure one of about their size or longer."""
     sure, lengths, count = np.empty(len(partner), dtype=np.int64), np.empty(len(partner)), 0
     for i in range(len(partner)):
@@ -108,22 +102,16 @@ def _lower_costs(
     read(int64, 1), read(float64, 2), read(float64, 1),
 )  # fmt: skip
 def match_with_hiding(
-    rows: npt.NDArray[np.int64],
-    columns: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    bonus: npt.NDArray[np.float64],
-    open_cost: npt.NDArray[np.float64],
-    end_id: npt.NDArray[np.int64],
-    nodes: npt.NDArray[np.int64],
-    states: npt.NDArray[np.float64],
-    counted: npt.NDArray[np.float64],
-) -> tuple[
-    npt.NDArray[np.int64],
-    npt.NDArray[np.float64],
-    npt.NDArray[np.float64],
-    npt.NDArray[np.int64],
-    npt.NDArray[np.float64],
-]:
+    rows: Ints,
+    columns: Ints,
+    costs: Floats,
+    bonus: Floats,
+    open_cost: Floats,
+    end_id: Ints,
+    nodes: Ints,
+    states: Floats,
+    counted: Floats,
+) -> tuple[Ints, Floats, Floats, Ints, Floats]:
     """Match ends as `match_ends`, and once more if a sure gap shows that something hides parts of the cables.
 
     Gaps of about its size that share no end with it then cost less. Pairs that cost more than two open ends take no

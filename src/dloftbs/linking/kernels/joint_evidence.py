@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import kernel, read, write
+from dloftbs.kernels.compiler import Floats, Ints, kernel, read, write
 from dloftbs.kernels.shared.graph_ends import X, Y
 from dloftbs.linking.kernels.evidence_weights import SHARE_IN_SIGHT
 from dloftbs.linking.kernels.joint_features import GAP_LENGTH, GAP_ROUND, GAP_SEEN
 
 
 @kernel(read(int64, 1), read(float64, 2), read(int64, 2))
-def list_gaps(
-    nodes: npt.NDArray[np.int64], states: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+def list_gaps(nodes: Ints, states: Floats, pairs: Ints) -> tuple[Ints, Floats]:
     """List the pairs of ends that are no link through a junction, and measure how far apart the ends of each pair lie.
 
     Parameters
@@ -45,14 +42,7 @@ def list_gaps(
 
 
 @kernel(read(float64, 1), read(float64, 1), read(int64, 1), read(int64, 2), read(float64, 1), write(float64, 2))
-def describe_seen(
-    hidden: npt.NDArray[np.float64],
-    log_odds: npt.NDArray[np.float64],
-    gaps: npt.NDArray[np.int64],
-    pairs: npt.NDArray[np.int64],
-    roundness: npt.NDArray[np.float64],
-    joints: npt.NDArray[np.float64],
-) -> None:
+def describe_seen(hidden: Floats, log_odds: Floats, gaps: Ints, pairs: Ints, roundness: Floats, joints: Floats) -> None:
     """Write what is seen across gaps into the columns of joints.
 
     The shape of an end does not count before a gap that is shown to be hidden, by as much as is hidden, whichever end

@@ -7,10 +7,9 @@ states: see `graph_ends`.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import CURVATURE, HAS_CURVATURE, TANGENT_X, TANGENT_Y, X, Y
 from dloftbs.linking.kernels.weights import JOINT
 
@@ -67,9 +66,7 @@ Source: by hand; that of a turn of 1 rad.
 
 
 @helper
-def _bend_parts(
-    states: npt.NDArray[np.float64], i: int, j: int, cx: float, cy: float, width: float
-) -> tuple[float, float, float]:
+def _bend_parts(states: Floats, i: int, j: int, cx: float, cy: float, width: float) -> tuple[float, float, float]:
     """Measure the bend of a curve along a chord from one end into another, in two parts, and its length.
 
     For the angles a and b of the two directions against the chord, the curve of least bending energy has
@@ -104,7 +101,7 @@ def _bend_parts(
 
 
 @helper
-def bend_between(states: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[float, float]:
+def bend_between(states: Floats, i: int, j: int, width: float) -> tuple[float, float]:
     """Measure the bend of a curve across a gap from one end into another, rad^2, and its length, px.
 
     How far the two lie beside each other, across their mean direction, counts for less: tips may lie off the axis.
@@ -124,7 +121,7 @@ def bend_between(states: npt.NDArray[np.float64], i: int, j: int, width: float) 
 
 
 @helper
-def describe_link(states: npt.NDArray[np.float64], i: int, j: int, width: float, row: npt.NDArray[np.float64]) -> None:
+def describe_link(states: Floats, i: int, j: int, width: float, row: Floats) -> None:
     """Write the columns of a link between two ends at one junction."""
     cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
     row[:] = 0.0
@@ -132,9 +129,7 @@ def describe_link(states: npt.NDArray[np.float64], i: int, j: int, width: float,
 
 
 @helper
-def describe_gap(
-    states: npt.NDArray[np.float64], i: int, j: int, width: float, roundness: float, row: npt.NDArray[np.float64]
-) -> None:
+def describe_gap(states: Floats, i: int, j: int, width: float, roundness: float, row: Floats) -> None:
     """Write the columns of a gap between two free ends whose roundness is given in sum."""
     bend, length = bend_between(states, i, j, width)
     row[:] = 0.0
@@ -144,7 +139,7 @@ def describe_gap(
 
 
 @helper
-def price(row: npt.NDArray[np.float64], weights: npt.NDArray[np.float64]) -> float:
+def price(row: Floats, weights: Floats) -> float:
     """Return the cost of a joint or an open end, nats."""
     cost = 0.0
     for k in range(len(row)):
@@ -153,7 +148,7 @@ def price(row: npt.NDArray[np.float64], weights: npt.NDArray[np.float64]) -> flo
 
 
 @kernel(read(float64, 2), read(float64, 1))
-def prices(rows: npt.NDArray[np.float64], weights: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def prices(rows: Floats, weights: Floats) -> Floats:
     """Return the costs of joints or open ends: a product of a matrix, the same to the last bit wherever a row stands.
 
     Parameters
@@ -173,13 +168,7 @@ def prices(rows: npt.NDArray[np.float64], weights: npt.NDArray[np.float64]) -> n
 
 
 @kernel(read(float64, 2), read(int64, 2), read(int64, 1), read(float64, 1), float64)
-def describe_pairs(
-    states: npt.NDArray[np.float64],
-    pairs: npt.NDArray[np.int64],
-    nodes: npt.NDArray[np.int64],
-    roundness: npt.NDArray[np.float64],
-    width: float,
-) -> npt.NDArray[np.float64]:
+def describe_pairs(states: Floats, pairs: Ints, nodes: Ints, roundness: Floats, width: float) -> Floats:
     """Return the columns of joints between pairs of ends: links at one junction, else gaps of any length.
 
     Parameters

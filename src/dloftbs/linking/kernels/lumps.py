@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Bytes, Floats, Ints, helper, kernel, read
 from dloftbs.linking.kernels.end_extension import is_inside
 
 _CROSSING_WIDTHS = 2.0**0.5
@@ -83,7 +82,7 @@ Source: numerics; of sixteen one leads across a cable, longer than its width by 
 
 
 @helper
-def _disc(mask: npt.NDArray[np.uint8], x: float, y: float, width: float) -> float:
+def _disc(mask: Bytes, x: float, y: float, width: float) -> float:
     """Return the diameter of the largest disc about a point that lies in the mask, or the width if that is no lump."""
     radius = 0.5 * _CROSSING_WIDTHS * width
     while True:
@@ -97,7 +96,7 @@ def _disc(mask: npt.NDArray[np.uint8], x: float, y: float, width: float) -> floa
 
 
 @helper
-def _passage(places: npt.NDArray[np.float64], discs: npt.NDArray[np.float64], at: int, around: float) -> float:
+def _passage(places: Floats, discs: Floats, at: int, around: float) -> float:
     """Return the probability that a curve is right in the disc at a place, by those as far off as that one is wide.
 
     An end is no passage, and a lump is measured in its middle. Around a loop, of a length other than 0, places go on.
@@ -119,9 +118,7 @@ def _passage(places: npt.NDArray[np.float64], discs: npt.NDArray[np.float64], at
 
 
 @helper
-def _goes_on(
-    mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], order: npt.NDArray[np.int64], way: int, width: float
-) -> bool:
+def _goes_on(mask: Bytes, points: Floats, order: Ints, way: int, width: float) -> bool:
     """Return whether the mask goes on ahead of the first of some points in order, the last if `way` is -1.
 
     In a lump it does not say so.
@@ -148,14 +145,8 @@ def _goes_on(
     read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), int64, read(float64, 1), read(boolean, 2)
 )  # fmt: skip
 def course_confidence(
-    mask: npt.NDArray[np.uint8],
-    points: npt.NDArray[np.float64],
-    spans: npt.NDArray[np.int64],
-    parts: npt.NDArray[np.int64],
-    n_open: int,
-    widths: npt.NDArray[np.float64],
-    meets: npt.NDArray[np.bool_],
-) -> npt.NDArray[np.float64]:
+    mask: Bytes, points: Floats, spans: Ints, parts: Ints, n_open: int, widths: Floats, meets: Bools
+) -> Floats:
     """Return the probability that the course of each line is that of one object, by the shape of the mask about it.
 
     What is as long as wide has no course, and what is much longer is sure of it: of an ellipse with the line's length

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.kernels.compiler import helper
+from dloftbs.kernels.compiler import Floats, Ints, helper
 from dloftbs.kernels.shared.graph_ends import X, Y
 from dloftbs.kernels.shared.selection import falling_order
 
@@ -21,12 +20,9 @@ _STEPS = 64
 Source: bounds time.
 """
 
-_Ints = npt.NDArray[np.int64]
-_Floats = npt.NDArray[np.float64]
-
 
 @helper
-def _longest_gap(x: _Floats, y: _Floats, max_gap: float) -> float:
+def _longest_gap(x: Floats, y: Floats, max_gap: float) -> float:
     """Return the length up to which gaps are sought, px: `max_gap`, or less where more than `MAX_GAPS` pairs are near.
 
     Parameters
@@ -58,7 +54,7 @@ def _longest_gap(x: _Floats, y: _Floats, max_gap: float) -> float:
 
 
 @helper
-def near_ends(states: _Floats, ends: _Ints, max_gap: float) -> tuple[_Ints, _Ints]:
+def near_ends(states: Floats, ends: Ints, max_gap: float) -> tuple[Ints, Ints]:
     """List for each of some ends those after it that a gap may lie between: the start of each list, and the lists.
 
     Parameters

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to, longer, longer_rows
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN, UNAVAILABLE, branch_of
 from dloftbs.linking.kernels.end_matching import group_by_key
@@ -48,7 +47,7 @@ a hundredth; at one and a half, .61 of 64 folds are right to 3 px, and their con
 
 
 @helper
-def _list_junction_ends(nodes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _list_junction_ends(nodes: Ints) -> tuple[Ints, Ints]:
     """List the ends at each junction: the start of each junction's ends in the list, and the list."""
     count = 0
     for node in nodes:
@@ -58,15 +57,8 @@ def _list_junction_ends(nodes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.in
 
 @helper
 def _link_costs(
-    first: npt.NDArray[np.int64],
-    members: npt.NDArray[np.int64],
-    degree: npt.NDArray[np.int64],
-    corners: npt.NDArray[np.int64],
-    end_id: npt.NDArray[np.int64],
-    spur: npt.NDArray[np.bool_],
-    states: npt.NDArray[np.float64],
-    width: float,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    first: Ints, members: Ints, degree: Ints, corners: Ints, end_id: Ints, spur: Bools, states: Floats, width: float
+) -> tuple[Ints, Floats, Floats]:
     """Return the costs of links between the ends at each junction, and their columns.
 
     One cable bends around a corner however sharply, so that this link is free. No other one costs more than the fold
@@ -107,9 +99,7 @@ def _link_costs(
 
 
 @helper
-def _degrees(
-    first: npt.NDArray[np.int64], members: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.int64]:
+def _degrees(first: Ints, members: Ints, spur: Bools) -> Ints:
     """Count the ends at each junction that are no spurs."""
     degree = np.zeros(len(first), dtype=np.int64)
     for node in range(len(first) - 1):
@@ -120,12 +110,8 @@ def _degrees(
 
 @kernel(read(int64, 1), read(boolean, 1), read(int64, 1), read(float64, 2), float64)
 def junction_costs(
-    nodes: npt.NDArray[np.int64],
-    spur: npt.NDArray[np.bool_],
-    corners: npt.NDArray[np.int64],
-    states: npt.NDArray[np.float64],
-    width: float,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    nodes: Ints, spur: Bools, corners: Ints, states: Floats, width: float
+) -> tuple[Ints, Ints, Ints, Floats]:
     """List the ends at every junction and the cost of each pair of them.
 
     Parameters
@@ -157,13 +143,7 @@ def junction_costs(
 
 
 @helper
-def _find_decided(
-    first: npt.NDArray[np.int64],
-    members: npt.NDArray[np.int64],
-    starts: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    spur: npt.NDArray[np.bool_],
-) -> npt.NDArray[np.bool_]:
+def _find_decided(first: Ints, members: Ints, starts: Ints, costs: Floats, spur: Bools) -> Bools:
     """Return which ends have a mutual, nearly straight junction link: they take part in no gap."""
     n = 2 * len(spur)
     best = np.full(n, -1, dtype=np.int64)
@@ -187,9 +167,7 @@ def _find_decided(
 
 
 @helper
-def _describe_open(
-    nodes: npt.NDArray[np.int64], degree: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.float64]:
+def _describe_open(nodes: Ints, degree: Ints, spur: Bools) -> Floats:
     """Return the columns of each end that stays open, by how many ends that are no spurs its junction has."""
     ends = np.zeros((len(nodes), len(OPEN)))
     for end in range(len(nodes)):
@@ -207,19 +185,19 @@ def _describe_open(
     read(boolean, 1), read(int64, 1), float64, boolean, boolean, float64,
 )  # fmt: skip
 def pair_costs(
-    nodes: npt.NDArray[np.int64],
-    end_id: npt.NDArray[np.int64],
-    spur: npt.NDArray[np.bool_],
-    end_roundness: npt.NDArray[np.float64],
-    states: npt.NDArray[np.float64],
+    nodes: Ints,
+    end_id: Ints,
+    spur: Bools,
+    end_roundness: Floats,
+    states: Floats,
     width: float,
-    bordering: npt.NDArray[np.bool_],
-    corners: npt.NDArray[np.int64],
+    bordering: Bools,
+    corners: Ints,
     max_gap: float,
     asked: bool,
     covers: bool,
     more: float,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+) -> tuple[Ints, Ints, Floats, Floats]:
     """List the pairs of ends that cost less joined than open, with what is measured of them and of each open end.
 
     Parameters

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.kernels.compiler import helper
+from dloftbs.kernels.compiler import Floats, Ints, helper
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN
 from dloftbs.kernels.shared.selection import falling_order
-
-_Ints = npt.NDArray[np.int64]
-_Floats = npt.NDArray[np.float64]
 
 _SWEEPS = 20
 """Largest number of rounds of exchanges.
@@ -20,9 +16,7 @@ Source: bounds time; exchanges end by themselves, as each lowers the cost.
 
 
 @helper
-def match_exactly(
-    cost: npt.NDArray[np.float64], open_cost: npt.NDArray[np.float64], partner: npt.NDArray[np.int64]
-) -> float:
+def match_exactly(cost: Floats, open_cost: Floats, partner: Ints) -> float:
     """Find the matching of least cost by dynamic programming over the subsets that can be left.
 
     Parameters
@@ -74,7 +68,7 @@ def match_exactly(
 
 
 @helper
-def list_pairs_of(rows: _Ints, columns: _Ints, n: int) -> tuple[_Ints, _Ints]:
+def list_pairs_of(rows: Ints, columns: Ints, n: int) -> tuple[Ints, Ints]:
     """List the pairs of each of `n` ends: the start of each end's pairs in the list, and the list.
 
     Each end's pairs ascend by its other end, where the pairs are given in ascending order.
@@ -95,7 +89,7 @@ def list_pairs_of(rows: _Ints, columns: _Ints, n: int) -> tuple[_Ints, _Ints]:
 
 
 @helper
-def cost_of_pair(i: int, j: int, rows: _Ints, columns: _Ints, costs: _Floats, first: _Ints, pairs: _Ints) -> float:
+def cost_of_pair(i: int, j: int, rows: Ints, columns: Ints, costs: Floats, first: Ints, pairs: Ints) -> float:
     """Return the cost of the pair of two ends, found by bisection; `FORBIDDEN` where there is none."""
     low, high = first[i], first[i + 1]
     while low < high:
@@ -113,14 +107,7 @@ def cost_of_pair(i: int, j: int, rows: _Ints, columns: _Ints, costs: _Floats, fi
 
 @helper
 def match_by_exchange(
-    rows: _Ints,
-    columns: _Ints,
-    costs: _Floats,
-    open_cost: _Floats,
-    first: _Ints,
-    pairs: _Ints,
-    own: _Ints,
-    partner: _Ints,
+    rows: Ints, columns: Ints, costs: Floats, open_cost: Floats, first: Ints, pairs: Ints, own: Ints, partner: Ints
 ) -> None:
     """Match as `match_exactly` for many ends: the highest gain first, then exchanges of two pairs while they gain.
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
 
 _TERMS = 4
@@ -77,7 +76,7 @@ Source: by hand; about half of 1/12, the variance of rounding to pixels.
 
 
 @helper
-def _misfit(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], first: int, last: int) -> float:
+def _misfit(x: Floats, y: Floats, first: int, last: int) -> float:
     """Return the mean squared residual of the best cubic through ``(x[i], y[i])``, first <= i < last, x in [-1, 1]."""
     matrix = np.zeros((_TERMS, _TERMS))
     right = np.zeros(_TERMS)
@@ -110,7 +109,7 @@ def _misfit(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], first: int, 
 
 
 @helper
-def _roughness(points: npt.NDArray[np.float64], n: int) -> float:
+def _roughness(points: Floats, n: int) -> float:
     """Return the mean squared distance of points from the best cubic curve along them, px^2."""
     if n < 2 * _TERMS:
         return 0.0
@@ -125,15 +124,15 @@ def _roughness(points: npt.NDArray[np.float64], n: int) -> float:
 
 @helper
 def _gather(
-    before: npt.NDArray[np.float64],
-    axis_in: npt.NDArray[np.float64],
+    before: Floats,
+    axis_in: Floats,
     first: int,
     place: int,
-    axis_out: npt.NDArray[np.float64],
+    axis_out: Floats,
     last: int,
-    after: npt.NDArray[np.float64],
+    after: Floats,
     most: int,
-    points: npt.NDArray[np.float64],
+    points: Floats,
 ) -> int:
     """Write the points of a route through a narrow place; `before` and `after` lead away from the shared branches."""
     n = 0
@@ -168,16 +167,16 @@ def _gather(
     float64,
 )
 def find_swaps(
-    one: npt.NDArray[np.float64],
-    two: npt.NDArray[np.float64],
-    arc: npt.NDArray[np.float64],
-    separation: npt.NDArray[np.float64],
-    before_one: npt.NDArray[np.float64],
-    before_two: npt.NDArray[np.float64],
-    after_one: npt.NDArray[np.float64],
-    after_two: npt.NDArray[np.float64],
+    one: Floats,
+    two: Floats,
+    arc: Floats,
+    separation: Floats,
+    before_one: Floats,
+    before_two: Floats,
+    after_one: Floats,
+    after_two: Floats,
     width: float,
-) -> tuple[npt.NDArray[np.bool_], float, int]:
+) -> tuple[Bools, float, int]:
     """Find the points at which two cables that share branches swap axes.
 
     Where the axes come close, the cables either cross or touch and part again: the smoother pair of curves is taken.
@@ -247,9 +246,7 @@ def find_swaps(
 
 
 @kernel(read(float64, 2), read(float64, 1), float64)
-def offset_axes(
-    middle: npt.NDArray[np.float64], radius: npt.NDArray[np.float64], width: float
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def offset_axes(middle: Floats, radius: Floats, width: float) -> tuple[Floats, Floats, Floats]:
     """Offset the axes of two cables of known width from the middle of the mask that they share.
 
     The outer edges of the two are the mask's: each axis lies half a width inside of its own. Two that touch lie a width
@@ -290,7 +287,7 @@ def offset_axes(
 
 
 @kernel(read(float64, 2), read(float64, 2), int64, float64)
-def continuing_axis(middle: npt.NDArray[np.float64], shift: npt.NDArray[np.float64], end: int, width: float) -> float:
+def continuing_axis(middle: Floats, shift: Floats, end: int, width: float) -> float:
     """Return which of two axes continues beyond the end of the other cable: the one with the smoother curve.
 
     Parameters

@@ -6,23 +6,16 @@ Piece ``p`` has the ports ``2 p`` and ``2 p + 1``, as a branch has ends.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import branch_of
 from dloftbs.kernels.shared.selection import falling_order
 from dloftbs.kernels.shared.union_find import find_root, unite
 
 
 @helper
-def _total_cost(
-    pairs: npt.NDArray[np.int64],
-    joins: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    drop_costs: npt.NDArray[np.float64],
-    most: int,
-) -> float:
+def _total_cost(pairs: Ints, joins: Ints, costs: Floats, drop_costs: Floats, most: int) -> float:
     """Return the cost of joins, those that are -1 left out, and of leaving out the cheapest cables beyond `most`."""
     n, total = len(drop_costs), 0.0
     parent = np.arange(n)
@@ -45,9 +38,7 @@ def _total_cost(
 
 
 @kernel(read(int64, 2), read(float64, 1), read(float64, 1), int64)
-def cover(
-    pairs: npt.NDArray[np.int64], costs: npt.NDArray[np.float64], drop_costs: npt.NDArray[np.float64], most: int
-) -> npt.NDArray[np.int64]:
+def cover(pairs: Ints, costs: Floats, drop_costs: Floats, most: int) -> Ints:
     """Choose joins between pieces, so that no more than `most` cables remain beside the pieces that are left out.
 
     The cheapest pairs are joined first; then those joins are undone that cost more than to leave out what comes off.

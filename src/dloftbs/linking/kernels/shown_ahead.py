@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, uint8
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bytes, Floats, helper, kernel, read
 
 _AHEAD_WIDTHS = 3.5
 """Largest distance from an open end to such a tip, widths.
@@ -40,16 +39,14 @@ Source: derived; beyond it nothing is near enough to what is looked at.
 
 
 @helper
-def _is_on(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+def _is_on(mask: Bytes, x: float, y: float) -> bool:
     """Return whether a point lies on the mask."""
     column, row = int(np.rint(x)), int(np.rint(y))
     return 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
 
 
 @kernel(read(uint8, 2), read(float64, 1), read(float64, 2), float64)
-def shown_ahead(
-    mask: npt.NDArray[np.uint8], ray: npt.NDArray[np.float64], others: npt.NDArray[np.float64], width: float
-) -> float:
+def shown_ahead(mask: Bytes, ray: Floats, others: Floats, width: float) -> float:
     """Return how far ahead a cable reaches at least: up to the last mask beside its axis that no other cable explains.
 
     Parameters

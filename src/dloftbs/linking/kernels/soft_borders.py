@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bytes, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.soft_masks import AHEAD_WIDTHS, ridge_at
 
 
 @helper
-def _interpolated(soft: npt.NDArray[np.uint8], x: float, y: float) -> float:
+def _interpolated(soft: Bytes, x: float, y: float) -> float:
     """Return the probability between four pixels; beyond the border as on it."""
     x, y = min(max(x, 0.0), soft.shape[1] - 1.0), min(max(y, 0.0), soft.shape[0] - 1.0)
     column, row = int(x), int(y)
@@ -25,9 +24,7 @@ def _interpolated(soft: npt.NDArray[np.uint8], x: float, y: float) -> float:
 
 
 @kernel(read(float64, 2), boolean, read(uint8, 2), float64, int64)
-def least_ahead(
-    points: npt.NDArray[np.float64], at_end: bool, soft: npt.NDArray[np.uint8], width: float, limit: int
-) -> int:
+def least_ahead(points: Floats, at_end: bool, soft: Bytes, width: float, limit: int) -> int:
     """Return the value that is nowhere missing ahead of an end, beyond what its soft border has there.
 
     That is what lies as far beside the cable as the place ahead lies beyond its end, on the side that has less.
@@ -77,7 +74,7 @@ def least_ahead(
 
 
 @kernel(read(float64, 2), read(uint8, 2), float64)
-def ridge_values(points: npt.NDArray[np.float64], soft: npt.NDArray[np.uint8], width: float) -> npt.NDArray[np.int64]:
+def ridge_values(points: Floats, soft: Bytes, width: float) -> Ints:
     """Return the largest value across each point of a curve that has less than half of it a width aside.
 
     An edge is where there is half, so that this is what a cable has.
@@ -112,7 +109,7 @@ def ridge_values(points: npt.NDArray[np.float64], soft: npt.NDArray[np.uint8], w
 
 
 @kernel(read(float64, 2), read(uint8, 2), float64)
-def soft_width(points: npt.NDArray[np.float64], soft: npt.NDArray[np.uint8], width: float) -> float:
+def soft_width(points: Floats, soft: Bytes, width: float) -> float:
     """Return the median distance between the borders to both sides, where the probability is half of that between them.
 
     Measured every half width.

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, kernel, read
 from dloftbs.kernels.shared.graph_ends import branch_of, inward
 
 _WIDE = 1.3
@@ -29,9 +28,7 @@ Source: by hand; two cables that cross are narrow for less.
 
 
 @kernel(read(int64, 2), read(float64, 1), float64)
-def wide_reach(
-    spans: npt.NDArray[np.int64], radii: npt.NDArray[np.float64], width: float
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+def wide_reach(spans: Ints, radii: Floats, width: float) -> tuple[Ints, Floats]:
     """Count the points from each end of each branch on over which the mask is wider than one cable; return mean widths.
 
     Parameters

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import uint8
 
-from dloftbs.kernels.compiler import inlined, kernel, read, write
+from dloftbs.kernels.compiler import Bytes, inlined, kernel, read, write
 
 NONE, ALL, MIXED = 0, 1, 2
 """Share of a coarse cell's 256 colours that are in range: none, all, or some.
@@ -32,7 +32,7 @@ Source: derived.
 
 
 @inlined
-def _place(image: npt.NDArray[np.uint8], first: int, count: int, cells: npt.NDArray[np.uint16]) -> None:
+def _place(image: Bytes, first: int, count: int, cells: npt.NDArray[np.uint16]) -> None:
     """Write the coarse cell of some pixels, several at once."""
     pixels = image[3 * first : 3 * (first + count)]
     for i in range(count):
@@ -43,7 +43,7 @@ def _place(image: npt.NDArray[np.uint8], first: int, count: int, cells: npt.NDAr
 
 
 @inlined
-def _list_mixed(found: npt.NDArray[np.uint8], mixed: npt.NDArray[np.uint16]) -> int:
+def _list_mixed(found: Bytes, mixed: npt.NDArray[np.uint16]) -> int:
     """List where MIXED was found; return how often. Few are; others are passed eight at a time."""
     count = np.uint64(0)
     words = found[: len(found) - len(found) % _WORD].view(np.uint64)
@@ -59,12 +59,7 @@ def _list_mixed(found: npt.NDArray[np.uint8], mixed: npt.NDArray[np.uint16]) -> 
 
 
 @kernel(read(uint8, 1, "C"), read(uint8, 1, "C"), read(uint8, 1, "C"), write(uint8, 1, "C"))
-def look_up(
-    image: npt.NDArray[np.uint8],
-    coarse: npt.NDArray[np.uint8],
-    fine: npt.NDArray[np.uint8],
-    mask: npt.NDArray[np.uint8],
-) -> None:
+def look_up(image: Bytes, coarse: Bytes, fine: Bytes, mask: Bytes) -> None:
     """Write 1 where a pixel's colour is in the table, else 0.
 
     Parameters

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import float32, float64, int64, uint8, uint64
 
-from dloftbs.kernels.compiler import inlined, kernel, read, write
+from dloftbs.kernels.compiler import Bytes, Floats, Words, inlined, kernel, read, write
 
 _NEXT = 0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
 """Increment and multipliers of the generator of random numbers.
@@ -21,7 +21,7 @@ Source: bounds time; their leaves stay in the fastest cache.
 
 
 @inlined
-def _draw(state: npt.NDArray[np.uint64], below: np.int64) -> np.int64:
+def _draw(state: Words, below: np.int64) -> np.int64:
     """Return a random integer in 0..below - 1."""
     state[0] += np.uint64(_NEXT[0])
     mixed = state[0]
@@ -43,14 +43,14 @@ def _draw(state: npt.NDArray[np.uint64], below: np.int64) -> np.int64:
     write(float32, 2),
 )
 def grow(
-    features: npt.NDArray[np.uint8],
-    target: npt.NDArray[np.float64],
-    weights: npt.NDArray[np.float64],
-    state: npt.NDArray[np.uint64],
+    features: Bytes,
+    target: Floats,
+    weights: Floats,
+    state: Words,
     tries: int,
     least: float,
-    feature: npt.NDArray[np.uint8],
-    threshold: npt.NDArray[np.uint8],
+    feature: Bytes,
+    threshold: Bytes,
     value: npt.NDArray[np.float32],
 ) -> None:
     """Grow symmetric trees, each level with the best of some splits that are drawn at random.
@@ -116,11 +116,7 @@ def grow(
 
 @kernel(read(uint8, 2, "C"), read(uint8, 2), read(uint8, 2), read(float32, 2, "C"), write(float32, 1, "C"))
 def add_up(
-    features: npt.NDArray[np.uint8],
-    feature: npt.NDArray[np.uint8],
-    threshold: npt.NDArray[np.uint8],
-    value: npt.NDArray[np.float32],
-    sums: npt.NDArray[np.float32],
+    features: Bytes, feature: Bytes, threshold: Bytes, value: npt.NDArray[np.float32], sums: npt.NDArray[np.float32]
 ) -> None:
     """Add to each sum (n,) the leaves that a column of features (f, n) comes to; the trees as `grow` writes them."""
     count = features.shape[1]

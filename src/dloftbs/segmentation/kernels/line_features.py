@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import uint8
 
-from dloftbs.kernels.compiler import kernel, read, write
+from dloftbs.kernels.compiler import Bytes, kernel, read, write
 
 DIRECTIONS = 8
 """Number of directions.
@@ -41,7 +40,7 @@ Source: derived.
 
 
 @kernel(read(uint8, 2, "C"), write(uint8, 3, "C"))
-def lines_of(plane: npt.NDArray[np.uint8], features: npt.NDArray[np.uint8]) -> None:
+def lines_of(plane: Bytes, features: Bytes) -> None:
     """Write the features of all pixels, four for each length of lines.
 
     They are the greatest and the least mean along a line, the greatest difference of a line from both its sides, and

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import int64, uint8
 
-from dloftbs.kernels.compiler import inlined, kernel, read, write
+from dloftbs.kernels.compiler import Bytes, Ints, inlined, kernel, read, write
 
 STEPS = (1, 3, 5)
 """Distances over which second differences are taken, px.
@@ -39,14 +38,7 @@ def _clamped(value: int, count: int) -> int:
 @kernel(
     read(uint8, 3, "C"), read(uint8, 3, "C"), read(uint8, 3, "C"), read(uint8, 3, "C"), read(int64, 1), write(uint8, 2)
 )
-def features_at(
-    fine: npt.NDArray[np.uint8],
-    smooth: npt.NDArray[np.uint8],
-    near: npt.NDArray[np.uint8],
-    far: npt.NDArray[np.uint8],
-    pixels: npt.NDArray[np.int64],
-    features: npt.NDArray[np.uint8],
-) -> None:
+def features_at(fine: Bytes, smooth: Bytes, near: Bytes, far: Bytes, pixels: Ints, features: Bytes) -> None:
     """Write the features of each pixel.
 
     Parameters

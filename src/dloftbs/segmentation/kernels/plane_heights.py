@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import float32, float64, uint8, uint16
 
-from dloftbs.kernels.compiler import kernel, read, write
+from dloftbs.kernels.compiler import Bytes, Floats, kernel, read, write
 
 QUANTUM_M = 2e-5
 """Step of integer heights, metres.
@@ -32,10 +32,7 @@ Source: by definition, that of 16 bits.
 
 @kernel(read(float32, 1, "C"), read(float32, 2, "C"), read(float64, 1, "C"), write(uint16, 1, "C"))
 def measure_heights(
-    depth_m: npt.NDArray[np.float32],
-    rays: npt.NDArray[np.float32],
-    plane: npt.NDArray[np.float64],
-    heights: npt.NDArray[np.uint16],
+    depth_m: npt.NDArray[np.float32], rays: npt.NDArray[np.float32], plane: Floats, heights: npt.NDArray[np.uint16]
 ) -> None:
     """Write the height of each pixel above a plane, towards the camera.
 
@@ -63,11 +60,7 @@ def measure_heights(
 
 @kernel(read(uint16, 1, "C"), read(uint16, 1, "C"), uint16, float64, write(uint8, 1, "C"))
 def mark_standing(
-    heights: npt.NDArray[np.uint16],
-    highest: npt.NDArray[np.uint16],
-    least: np.uint16,
-    share: float,
-    mask: npt.NDArray[np.uint8],
+    heights: npt.NDArray[np.uint16], highest: npt.NDArray[np.uint16], least: np.uint16, share: float, mask: Bytes
 ) -> None:
     """Write 1 where a pixel is high, and not much lower than the highest one beside it, else 0.
 

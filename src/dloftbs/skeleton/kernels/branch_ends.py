@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64, uint8
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bytes, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import (
     CURVATURE,
     FREE,
@@ -141,14 +140,7 @@ Source: by hand; a radius of four widths.
 
 
 @helper
-def _is_clear(
-    points: npt.NDArray[np.float64],
-    i: int,
-    node: int,
-    centres: npt.NDArray[np.float64],
-    radii: npt.NDArray[np.float64],
-    more: float,
-) -> bool:
+def _is_clear(points: Floats, i: int, node: int, centres: Floats, radii: Floats, more: float) -> bool:
     """Return whether a point lies outside of a junction, by `more` px."""
     if node < 0:
         return True
@@ -157,7 +149,7 @@ def _is_clear(
 
 
 @helper
-def _tapered(half: npt.NDArray[np.float64], first: int, step: int, count: int, width: float) -> int:
+def _tapered(half: Floats, first: int, step: int, count: int, width: float) -> int:
     """Count the points from a free end on over which the mask tapers.
 
     Thinning leads into the corner of a slanting cut. A branch that is narrow for longer is a narrow cable.
@@ -176,7 +168,7 @@ def _tapered(half: npt.NDArray[np.float64], first: int, step: int, count: int, w
 
 
 @helper
-def _widened(half: npt.NDArray[np.float64], first: int, step: int, count: int, width: float) -> int:
+def _widened(half: Floats, first: int, step: int, count: int, width: float) -> int:
     """Count the points from an end at a junction on over which another cable widens the mask.
 
     Two cables that part at a small angle have one skeleton between them before it, which turns aside.
@@ -194,14 +186,8 @@ def _widened(half: npt.NDArray[np.float64], first: int, step: int, count: int, w
 
 @kernel(read(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(float64, 1), read(int64, 1), float64)
 def clear_spans(
-    nodes: npt.NDArray[np.int64],
-    centres: npt.NDArray[np.float64],
-    radii: npt.NDArray[np.float64],
-    points: npt.NDArray[np.float64],
-    half: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    width: float,
-) -> npt.NDArray[np.int64]:
+    nodes: Ints, centres: Floats, radii: Floats, points: Floats, half: Floats, offsets: Ints, width: float
+) -> Ints:
     """Find the points of each branch that lie clear of the junctions and the slanting cuts at its ends.
 
     Parameters
@@ -241,15 +227,7 @@ def clear_spans(
 
 
 @helper
-def _fit_end(
-    points: npt.NDArray[np.float64],
-    first: int,
-    step: int,
-    count: int,
-    width: float,
-    state: npt.NDArray[np.float64],
-    at: int,
-) -> None:
+def _fit_end(points: Floats, first: int, step: int, count: int, width: float, state: Floats, at: int) -> None:
     """Fit a parabola to `count` points from `first` on, away from the end; write the state at the point `at`.
 
     The curvature is damped by prior knowledge: a cable bends little, and points are noisy.
@@ -298,15 +276,8 @@ def _fit_end(
     float64,
 )
 def describe_ends(
-    nodes: npt.NDArray[np.int64],
-    centres: npt.NDArray[np.float64],
-    radii: npt.NDArray[np.float64],
-    points: npt.NDArray[np.float64],
-    half: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    spans: npt.NDArray[np.int64],
-    width: float,
-) -> npt.NDArray[np.float64]:
+    nodes: Ints, centres: Floats, radii: Floats, points: Floats, half: Floats, offsets: Ints, spans: Ints, width: float
+) -> Floats:
     """Describe each end of each branch by its state at the first point clear of its junction.
 
     Parameters
@@ -370,7 +341,7 @@ def describe_ends(
 
 @helper
 def _reach_along(
-    mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, curvature: float, aside: float, most: float
+    mask: Bytes, x: float, y: float, dx: float, dy: float, curvature: float, aside: float, most: float
 ) -> float:
     """Measure the mask ahead on a parabola beside an end, to half a pixel; small notches are passed."""
     t, found, missed = 0.0, 0, 0
@@ -387,14 +358,7 @@ def _reach_along(
 
 
 @kernel(read(int64, 1), read(float64, 2), read(int64, 2), read(float64, 2), read(uint8, 2), float64)
-def measure_roundness(
-    nodes: npt.NDArray[np.int64],
-    points: npt.NDArray[np.float64],
-    spans: npt.NDArray[np.int64],
-    states: npt.NDArray[np.float64],
-    mask: npt.NDArray[np.uint8],
-    width: float,
-) -> npt.NDArray[np.float64]:
+def measure_roundness(nodes: Ints, points: Floats, spans: Ints, states: Floats, mask: Bytes, width: float) -> Floats:
     """Measure the roundness of each free end: 1 for half a disc, 0 for a cut, straight, slanting or hollow.
 
     The reach of the mask ahead, at several places across the end, is fitted with a length, a slant and a multiple of a

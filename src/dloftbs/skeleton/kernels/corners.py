@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import Bools, Bytes, Floats, Ints, helper, kernel, read, write
 from dloftbs.kernels.shared.graph_ends import FREE, TANGENT_X, TANGENT_Y, branch_of, is_start, other_end
 
 _ALONG = 0.85
@@ -102,7 +101,7 @@ Source: by hand; beyond it a skeleton is in the cap or in a corner.
 
 
 @helper
-def _mitre_length(states: npt.NDArray[np.float64], a: int, b: int, width: float) -> float:
+def _mitre_length(states: Floats, a: int, b: int, width: float) -> float:
     """Return the distance from the corner of two ends to the point where their skeletons meet, px.
 
     There a disc touches both outer sides and the inner corner.
@@ -113,7 +112,7 @@ def _mitre_length(states: npt.NDArray[np.float64], a: int, b: int, width: float)
 
 
 @helper
-def _apex(radius: npt.NDArray[np.float64], first: int, last: int, width: float) -> tuple[int, float]:
+def _apex(radius: Floats, first: int, last: int, width: float) -> tuple[int, float]:
     """Return the last point of a branch in this order at which the mask is as wide as a cable, and the mean width."""
     step = 1 if last >= first else -1
     apex, total = first, 0.0
@@ -126,7 +125,7 @@ def _apex(radius: npt.NDArray[np.float64], first: int, last: int, width: float) 
 
 
 @helper
-def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
+def _reach(mask: Bytes, x: float, y: float, dx: float, dy: float, most: float) -> float:
     """Measure the mask from a point along a unit vector, to a quarter of a pixel."""
     t = 0.0
     while t < most:
@@ -138,7 +137,7 @@ def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
 
 
 @helper
-def _is_straight(mask: npt.NDArray[np.uint8], start: npt.NDArray[np.float64], stop: npt.NDArray[np.float64]) -> bool:
+def _is_straight(mask: Bytes, start: Floats, stop: Floats) -> bool:
     """Return whether the line between two points lies on the mask."""
     dx, dy = stop[0] - start[0], stop[1] - start[1]
     length = max(np.sqrt(dx * dx + dy * dy), 1e-9)
@@ -146,7 +145,7 @@ def _is_straight(mask: npt.NDArray[np.uint8], start: npt.NDArray[np.float64], st
 
 
 @helper
-def _is_round(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, width: float) -> bool:
+def _is_round(mask: Bytes, x: float, y: float, dx: float, dy: float, width: float) -> bool:
     """Return whether the mask ends round ahead of a point, rather than where something cuts it off."""
     if width < _SHAPELESS_PX:
         return True
@@ -159,7 +158,7 @@ def _is_round(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: fl
 
 
 @helper
-def _width_behind(end: int, radius: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64], width: float) -> float:
+def _width_behind(end: int, radius: Floats, offsets: Ints, width: float) -> float:
     """Return the width of a branch behind its end, clear of what meets there, px."""
     branch = branch_of(end)
     k = min(int(_BEHIND_WIDTHS * width), (offsets[branch + 1] - offsets[branch]) // 2)
@@ -167,9 +166,7 @@ def _width_behind(end: int, radius: npt.NDArray[np.float64], offsets: npt.NDArra
 
 
 @helper
-def _is_fold(
-    mask: npt.NDArray[np.uint8], start: npt.NDArray[np.float64], stop: npt.NDArray[np.float64], side: float
-) -> bool:
+def _is_fold(mask: Bytes, start: Floats, stop: Floats, side: float) -> bool:
     """Return whether two sides of a bend, `side` px wide, lie in the mask from a point up to a tip.
 
     It is wider than one of them up to a width before the tip, where a cable that ends there alone is as wide as it is.
@@ -192,17 +189,17 @@ def _is_fold(
     read(float64, 1), read(int64, 1), read(uint8, 2), float64,
 )  # fmt: skip
 def find_corners(
-    nodes: npt.NDArray[np.int64],
-    alive: npt.NDArray[np.bool_],
-    spurs: npt.NDArray[np.bool_],
-    states: npt.NDArray[np.float64],
-    centres: npt.NDArray[np.float64],
-    points: npt.NDArray[np.float64],
-    radius: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    mask: npt.NDArray[np.uint8],
+    nodes: Ints,
+    alive: Bools,
+    spurs: Bools,
+    states: Floats,
+    centres: Floats,
+    points: Floats,
+    radius: Floats,
+    offsets: Ints,
+    mask: Bytes,
     width: float,
-) -> npt.NDArray[np.int64]:
+) -> Ints:
     """Find the corners of bends that have a branch of their own, and make spurs of those branches.
 
     The skeletons of two ends that meet at a small angle join before the corner and lead there as one branch: a mitre.

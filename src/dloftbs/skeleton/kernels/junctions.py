@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, float64, int32, int64, uint8
 
-from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
+from dloftbs.kernels.compiler import Bools, Bytes, Floats, Ints, helper, inlined, kernel, read, write
 from dloftbs.kernels.shared.graph_ends import FREE, UNAVAILABLE, branch_of, is_start, start_of, stop_of
 from dloftbs.kernels.shared.union_find import find_root, unite
 
@@ -56,7 +56,7 @@ def _index_of(pixels_rc: npt.NDArray[np.int32], row: int, column: int) -> int:
 
 
 @helper
-def _inscribed_radius(mask: npt.NDArray[np.uint8], x: float, y: float) -> float:
+def _inscribed_radius(mask: Bytes, x: float, y: float) -> float:
     """Return how far the nearest edge of the mask is, looked for along 16 rays, to half a pixel; 0 outside of it."""
     t = 0.0
     for _ in range(2 * len(mask)):  # the margin around the mask ends it before
@@ -70,14 +70,14 @@ def _inscribed_radius(mask: npt.NDArray[np.uint8], x: float, y: float) -> float:
 
 @kernel(write(uint8, 2), read(int32, 2), read(uint8, 1), read(float64, 2), read(int64, 1), int64, read(uint8, 2))
 def find_junctions(
-    grid: npt.NDArray[np.uint8],
+    grid: Bytes,
     pixels_rc: npt.NDArray[np.int32],
-    degrees: npt.NDArray[np.uint8],
-    points: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
+    degrees: Bytes,
+    points: Floats,
+    offsets: Ints,
     n_open: int,
-    mask: npt.NDArray[np.uint8],
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    mask: Bytes,
+) -> tuple[Ints, Floats, Floats]:
     """Collapse adjacent branch points into junctions, and find the junction that each branch end touches.
 
     Not checked: the outermost rows and columns of `grid` and `mask` are 0, and the list is complete.
@@ -166,13 +166,7 @@ def find_junctions(
 
 
 @helper
-def _width_beside(
-    end: int,
-    points: npt.NDArray[np.float64],
-    radius: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    mask: npt.NDArray[np.uint8],
-) -> float:
+def _width_beside(end: int, points: Floats, radius: Floats, offsets: Ints, mask: Bytes) -> float:
     """Return half the width of a branch beside the junction at one of its ends, px; 0 where it is too short."""
     start, stop = offsets[branch_of(end)], offsets[branch_of(end) + 1]
     k = 0
@@ -188,9 +182,7 @@ def _width_beside(
 
 
 @helper
-def _group_cable_ends(
-    nodes: npt.NDArray[np.int64], widest: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
-) -> npt.NDArray[np.int64]:
+def _group_cable_ends(nodes: Ints, widest: Floats, offsets: Ints) -> Ints:
     """Group junctions that may be at the end of one cable: branches no longer than its width join them.
 
     Returned is the lowest junction of the group of each; `widest`, half the width of the widest cable at each junction,
@@ -216,14 +208,7 @@ def _group_cable_ends(
 
 
 @helper
-def _strand_bonus(
-    nodes: npt.NDArray[np.int64],
-    count: int,
-    points: npt.NDArray[np.float64],
-    radius: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    mask: npt.NDArray[np.uint8],
-) -> npt.NDArray[np.float64]:
+def _strand_bonus(nodes: Ints, count: int, points: Floats, radius: Floats, offsets: Ints, mask: Bytes) -> Floats:
     """Return the additional length by which each branch may stick out and still be a spur, px.
 
     For a strand, it is the width of the cable at whose end it is, the only wide one there; for others 0. Strands may
@@ -259,13 +244,7 @@ def _strand_bonus(
 
 @helper
 def _sticks_out(
-    branch: int,
-    nodes: npt.NDArray[np.int64],
-    centres: npt.NDArray[np.float64],
-    radii: npt.NDArray[np.float64],
-    points: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    mask: npt.NDArray[np.uint8],
+    branch: int, nodes: Ints, centres: Floats, radii: Floats, points: Floats, offsets: Ints, mask: Bytes
 ) -> float:
     """Return how far a branch with one free end sticks out of its junction, px; infinity for other branches."""
     start, stop = nodes[start_of(branch)], nodes[stop_of(branch)]
@@ -283,15 +262,15 @@ def _sticks_out(
     read(uint8, 2), float64,
 )  # fmt: skip
 def prune_spurs(
-    nodes: npt.NDArray[np.int64],
-    centres: npt.NDArray[np.float64],
-    radii: npt.NDArray[np.float64],
-    points: npt.NDArray[np.float64],
-    radius: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    mask: npt.NDArray[np.uint8],
+    nodes: Ints,
+    centres: Floats,
+    radii: Floats,
+    points: Floats,
+    radius: Floats,
+    offsets: Ints,
+    mask: Bytes,
     least: float,
-) -> npt.NDArray[np.bool_]:
+) -> Bools:
     """Find the branches that are spurs: they end freely, and stick out of their junction by little.
 
     A branch sticks out by the distance that the mask reaches beyond the junction with its tip. A strand of a frayed
@@ -349,15 +328,15 @@ def prune_spurs(
 
 @kernel(read(int64, 1), read(float64, 2), read(int64, 1), read(float64, 2), read(float64, 1), int64, int64, float64)
 def find_bordering(
-    nodes: npt.NDArray[np.int64],
-    points: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    matrix: npt.NDArray[np.float64],
-    offset: npt.NDArray[np.float64],
+    nodes: Ints,
+    points: Floats,
+    offsets: Ints,
+    matrix: Floats,
+    offset: Floats,
     image_height: int,
     image_width: int,
     reach: float,
-) -> npt.NDArray[np.bool_]:
+) -> Bools:
     """Find the free ends that the image's border cuts.
 
     Parameters
@@ -387,13 +366,7 @@ def find_bordering(
 
 
 @kernel(write(boolean, 1), read(int64, 1), read(int64, 1), read(float64, 1), float64)
-def drop_specks(
-    alive: npt.NDArray[np.bool_],
-    nodes: npt.NDArray[np.int64],
-    offsets: npt.NDArray[np.int64],
-    radius: npt.NDArray[np.float64],
-    least: float,
-) -> None:
+def drop_specks(alive: Bools, nodes: Ints, offsets: Ints, radius: Floats, least: float) -> None:
     """Drop the branches that touch no junction and cover less than an area of the mask.
 
     Parameters
@@ -414,22 +387,13 @@ def drop_specks(
 
 
 @inlined
-def _is_inner(
-    branch: int, nodes: npt.NDArray[np.int64], clear: npt.NDArray[np.int64], alive: npt.NDArray[np.bool_], least: float
-) -> bool:
+def _is_inner(branch: int, nodes: Ints, clear: Ints, alive: Bools, least: float) -> bool:
     """Return whether a branch between two junctions is too short to have a direction of its own."""
     return alive[branch] and nodes[start_of(branch)] >= 0 and nodes[stop_of(branch)] >= 0 and clear[branch] < least
 
 
 @kernel(read(int64, 1), read(int64, 2), read(boolean, 1), read(boolean, 1), int64, float64)
-def assign_junctions(
-    nodes: npt.NDArray[np.int64],
-    spans: npt.NDArray[np.int64],
-    alive: npt.NDArray[np.bool_],
-    spurs: npt.NDArray[np.bool_],
-    count: int,
-    least: float,
-) -> npt.NDArray[np.int64]:
+def assign_junctions(nodes: Ints, spans: Ints, alive: Bools, spurs: Bools, count: int, least: float) -> Ints:
     """Assign a junction to each end of each branch, with near junctions merged.
 
     Those are merged that are joined by a branch too short to have a direction of its own.

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.graph_ends import FREE, branch_of, inward, is_start, start_of, stop_of
 
@@ -30,13 +29,7 @@ Source: by hand; what covers a crossing is as large, and farther ends of cables 
 
 
 @helper
-def _list_free_ends(
-    points: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    nodes: npt.NDArray[np.int64],
-    alive: npt.NDArray[np.bool_],
-    reach: int,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+def _list_free_ends(points: Floats, offsets: Ints, nodes: Ints, alive: Bools, reach: int) -> tuple[Ints, Floats]:
     """List the free ends of branches, and position and outward direction (unit) of each."""
     ends = np.empty(2 * len(alive), dtype=np.int64)
     rays = np.empty((2 * len(alive), 4))
@@ -62,9 +55,7 @@ def _list_free_ends(
 
 
 @helper
-def _is_faced(
-    x: float, y: float, branch: int, ends: npt.NDArray[np.int64], rays: npt.NDArray[np.float64], most: float
-) -> bool:
+def _is_faced(x: float, y: float, branch: int, ends: Ints, rays: Floats, most: float) -> bool:
     """Return whether a free end of another branch lies near a point and points at it."""
     for k in range(len(ends)):
         dx, dy = x - rays[k, 0], y - rays[k, 1]
@@ -75,7 +66,7 @@ def _is_faced(
 
 
 @helper
-def _is_largest(turns: npt.NDArray[np.float64], at: int, reach: int) -> bool:
+def _is_largest(turns: Floats, at: int, reach: int) -> bool:
     """Return whether no turn within reach is larger; of equal ones the first counts."""
     for i in range(at - reach, at + reach + 1):
         if turns[i] > turns[at] or (turns[i] == turns[at] and i < at):
@@ -85,14 +76,8 @@ def _is_largest(turns: npt.NDArray[np.float64], at: int, reach: int) -> bool:
 
 @kernel(read(float64, 2), read(int64, 1), read(int64, 1), read(boolean, 1), float64, float64, float64)
 def find_kinks(
-    points: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
-    nodes: npt.NDArray[np.int64],
-    alive: npt.NDArray[np.bool_],
-    width: float,
-    sharp: float,
-    mild: float,
-) -> npt.NDArray[np.int64]:
+    points: Floats, offsets: Ints, nodes: Ints, alive: Bools, width: float, sharp: float, mild: float
+) -> Ints:
     """Find points at which two cables may meet at an angle.
 
     There a branch turns more sharply than a cable can; or clearly, and another cable's end lies near and points there:
@@ -140,13 +125,7 @@ def find_kinks(
 
 
 @kernel(read(int64, 1), read(int64, 1), read(int64, 1), read(boolean, 1), int64)
-def split_branches(
-    cuts: npt.NDArray[np.int64],
-    offsets: npt.NDArray[np.int64],
-    nodes: npt.NDArray[np.int64],
-    alive: npt.NDArray[np.bool_],
-    count: int,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+def split_branches(cuts: Ints, offsets: Ints, nodes: Ints, alive: Bools, count: int) -> tuple[Ints, Ints, Bools]:
     """Cut branches in two, with a new junction of two ends at each cut.
 
     Parameters

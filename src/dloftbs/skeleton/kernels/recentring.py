@@ -8,10 +8,9 @@ back. What both leave of noise is what either one leaves; what both distort is o
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64, uint8
 
-from dloftbs.kernels.compiler import helper, inlined, kernel, read
+from dloftbs.kernels.compiler import Bytes, Floats, Ints, helper, inlined, kernel, read
 from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
 from dloftbs.kernels.shared.few import insert
 from dloftbs.kernels.shared.polyline import chord_direction
@@ -79,13 +78,13 @@ Source: numerics; such a place belongs to the pixel ahead, from wherever it is l
 
 
 @inlined
-def _at(mask: npt.NDArray[np.uint8], row: int, column: int) -> int:
+def _at(mask: Bytes, row: int, column: int) -> int:
     """Return a pixel that lies in the mask; unsigned indices spare numba's test for negative ones."""
     return mask[np.uint64(row), np.uint64(column)]
 
 
 @inlined
-def _march(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
+def _march(mask: Bytes, x: float, y: float, dx: float, dy: float, most: float) -> float:
     """Return how far the mask goes from a point along a unit vector; not looked far beyond `most`."""
     ahead_x, ahead_y = x + _TIE * dx + 0.5, y + _TIE * dy + 0.5  # coordinates are not negative: cutting off rounds
     t = 0.5
@@ -100,7 +99,7 @@ def _march(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
 
 
 @helper
-def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], around: int) -> float:
+def _rough_radius(mask: Bytes, points: Floats, around: int) -> float:
     """Return the median of half the mask's width across a run, at some of its points; a loop comes `around` to one."""
     n = len(points)
     reach = min(_MIN_REACH_PX, (around - 1) // 2)
@@ -123,7 +122,7 @@ def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], 
 
 
 @helper
-def _smooth(points: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.float64]:
+def _smooth(points: Floats, reach: int) -> Floats:
     """Return the means over `reach` points to both sides, over fewer towards the ends, which stay where they are."""
     n = len(points)
     reach = min(reach, (n - 1) // 2)
@@ -154,7 +153,7 @@ def _smooth(points: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.float
 
 
 @inlined
-def _last_inside(mask: npt.NDArray[np.uint8], row: int, column: int, side: int, limit: int) -> int:
+def _last_inside(mask: Bytes, row: int, column: int, side: int, limit: int) -> int:
     """Walk along a column to the wall, outwards from foreground or inwards from background; -1 where there is none."""
     row = min(max(row, 0), len(mask) - 1)
     if _at(mask, row, column) != 0:
@@ -172,7 +171,7 @@ def _last_inside(mask: npt.NDArray[np.uint8], row: int, column: int, side: int, 
 
 @inlined
 def _wall_by_columns(
-    mask: npt.NDArray[np.uint8], x: float, y: float, nx: float, ny: float, guess: float, spread: float
+    mask: Bytes, x: float, y: float, nx: float, ny: float, guess: float, spread: float
 ) -> tuple[float, float]:
     """Find a wall that is flatter than 45 degrees, in the columns around where it is guessed.
 
@@ -220,9 +219,7 @@ def _wall_by_columns(
 
 
 @inlined
-def _wall(
-    mask: npt.NDArray[np.uint8], x: float, y: float, nx: float, ny: float, guess: float, spread: float
-) -> tuple[float, float]:
+def _wall(mask: Bytes, x: float, y: float, nx: float, ny: float, guess: float, spread: float) -> tuple[float, float]:
     """Return the distance of the wall along a normal, and the share of the lines looked at that have one there."""
     share = 0.5 + 0.5 * (abs(ny) - abs(nx)) / _DIAGONAL
     total, weights = 0.0, 0.0
@@ -242,7 +239,7 @@ def _wall(
 
 
 @inlined
-def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+def _is_near(mask: Bytes, x: float, y: float) -> bool:
     """Return whether a point lies on the mask or on one of the eight pixels beside it."""
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
     if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and _at(mask, row, column) != 0:
@@ -255,9 +252,7 @@ def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
 
 
 @helper
-def _recentre_run(
-    mask: npt.NDArray[np.uint8], run: npt.NDArray[np.float64], is_loop: bool
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _recentre_run(mask: Bytes, run: Floats, is_loop: bool) -> tuple[Floats, Floats]:
     """Do what `recentre` does, to one run."""
     n = len(run)
     rough = _rough_radius(mask, run, n // 3 if is_loop else 2 * n)
@@ -328,9 +323,7 @@ def _recentre_run(
 
 
 @kernel(read(uint8, 2), read(float64, 2), read(int64, 1))
-def recentre(
-    mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def recentre(mask: Bytes, points: Floats, offsets: Ints) -> tuple[Floats, Floats]:
     """Move the points of runs to the middle between the two walls of the mask, and measure half its width.
 
     Where the walls are not those of one cable, since the mask is much wider than the run's median or its middle is

@@ -7,10 +7,9 @@ Masks are bitmasks, as `dloftbs.kernels.bitmask` frames them: bit j of word ``[k
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import uint8, uint64
 
-from dloftbs.kernels.compiler import inlined, kernel, read, write
+from dloftbs.kernels.compiler import Bytes, Words, inlined, kernel, read, write
 from dloftbs.kernels.shared.bitmask_layout import TILE_ROWS
 
 NORTH, EAST, SOUTH, WEST = 0, 2, 4, 6
@@ -19,8 +18,6 @@ NORTH, EAST, SOUTH, WEST = 0, 2, 4, 6
 Source: by definition.
 """
 
-
-_Words = npt.NDArray[np.uint64]
 
 _TURNS = 4
 """Number of turns, one from each side, after which a tile rests that lost nothing.
@@ -47,7 +44,7 @@ def _may_go(here: int, a0: int, a1: int, a2: int, a3: int, a4: int, a5: int, a6:
 
 
 @inlined
-def _around(words: _Words, p: int, stride: int) -> tuple[int, int, int, int, int, int, int, int]:
+def _around(words: Words, p: int, stride: int) -> tuple[int, int, int, int, int, int, int, int]:
     """Return the neighbours of each pixel of a word, clockwise from the north; `stride` is the number of rows."""
     one, last = np.uint64(1), np.uint64(63)
     up, down = p - one, p + one
@@ -61,7 +58,7 @@ def _around(words: _Words, p: int, stride: int) -> tuple[int, int, int, int, int
 
 
 @inlined
-def _from_north(words: _Words, first: int, stride: int, rows: int, gone: _Words, at: int) -> None:
+def _from_north(words: Words, first: int, stride: int, rows: int, gone: Words, at: int) -> None:
     """Write which pixels of some words below each other may go from the north."""
     for r in range(rows):
         n, ne, e, se, s, sw, w, nw = _around(words, first + r, stride)
@@ -69,28 +66,28 @@ def _from_north(words: _Words, first: int, stride: int, rows: int, gone: _Words,
 
 
 @inlined
-def _from_east(words: _Words, first: int, stride: int, rows: int, gone: _Words, at: int) -> None:
+def _from_east(words: Words, first: int, stride: int, rows: int, gone: Words, at: int) -> None:
     for r in range(rows):
         n, ne, e, se, s, sw, w, nw = _around(words, first + r, stride)
         gone[at + r] = _may_go(words[first + r], e, se, s, sw, w, nw, n, ne)
 
 
 @inlined
-def _from_south(words: _Words, first: int, stride: int, rows: int, gone: _Words, at: int) -> None:
+def _from_south(words: Words, first: int, stride: int, rows: int, gone: Words, at: int) -> None:
     for r in range(rows):
         n, ne, e, se, s, sw, w, nw = _around(words, first + r, stride)
         gone[at + r] = _may_go(words[first + r], s, sw, w, nw, n, ne, e, se)
 
 
 @inlined
-def _from_west(words: _Words, first: int, stride: int, rows: int, gone: _Words, at: int) -> None:
+def _from_west(words: Words, first: int, stride: int, rows: int, gone: Words, at: int) -> None:
     for r in range(rows):
         n, ne, e, se, s, sw, w, nw = _around(words, first + r, stride)
         gone[at + r] = _may_go(words[first + r], w, nw, n, ne, e, se, s, sw)
 
 
 @inlined
-def _or_all(words: _Words, first: int, rows: int) -> int:
+def _or_all(words: Words, first: int, rows: int) -> int:
     together = np.uint64(0)
     for r in range(rows):
         together |= words[first + r]
@@ -98,7 +95,7 @@ def _or_all(words: _Words, first: int, rows: int) -> int:
 
 
 @kernel(write(uint64, 2, "C"), read(uint8, 1))
-def thin(bitmask: _Words, sides: npt.NDArray[np.uint8]) -> None:
+def thin(bitmask: Words, sides: Bytes) -> None:
     """Peel the foreground from four sides in turn, in place, until nothing can go.
 
     In each turn all pixels that may go from its side go at once. The bitmask is worked on in tiles, a word wide and

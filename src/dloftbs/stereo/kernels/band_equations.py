@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
-from dloftbs.kernels.compiler import helper
+from dloftbs.kernels.compiler import Floats, helper
 
 ORDER = 4
 """Number of basis functions of a cubic that are not zero in a knot span.
@@ -21,7 +18,6 @@ BAND = 3 * ORDER
 Source: by definition.
 """
 
-_Floats = npt.NDArray[np.float64]
 Four = tuple[float, float, float, float]
 
 
@@ -32,7 +28,7 @@ def span_of(n: int, t: float) -> int:
 
 
 @helper
-def basis_and_slopes(knots: _Floats, span: int, t: float) -> tuple[Four, Four]:
+def basis_and_slopes(knots: Floats, span: int, t: float) -> tuple[Four, Four]:
     """Return the four basis functions of a span and their derivatives."""
     a, b, c = knots[span - 2], knots[span - 1], knots[span]
     d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
@@ -48,7 +44,7 @@ def basis_and_slopes(knots: _Floats, span: int, t: float) -> tuple[Four, Four]:
 
 
 @helper
-def cholesky(band: _Floats) -> bool:
+def cholesky(band: Floats) -> bool:
     """Replace a matrix by its Cholesky factor; band[i, k] is the entry at (i + k, i). False if it is not positive."""
     n = len(band)
     for i in range(n):
@@ -68,7 +64,7 @@ def cholesky(band: _Floats) -> bool:
 
 
 @helper
-def solve(factor: _Floats, right: _Floats) -> None:
+def solve(factor: Floats, right: Floats) -> None:
     """Replace the right side (n,) by the solution."""
     n = len(right)
     for i in range(n):
@@ -82,7 +78,7 @@ def solve(factor: _Floats, right: _Floats) -> None:
 
 
 @helper
-def add_prior(band: _Floats, right: _Floats, control: _Floats, roughness: _Floats, weight: float) -> None:
+def add_prior(band: Floats, right: Floats, control: Floats, roughness: Floats, weight: float) -> None:
     """Add the prior to the normal equations."""
     n = len(control)
     for i in range(n):
@@ -96,7 +92,7 @@ def add_prior(band: _Floats, right: _Floats, control: _Floats, roughness: _Float
 
 
 @helper
-def add_square(band: _Floats, low: int, basis: Four, square: tuple[float, float, float, float, float, float]) -> None:
+def add_square(band: Floats, low: int, basis: Four, square: tuple[float, float, float, float, float, float]) -> None:
     """Add a symmetric matrix (xx, xy, xz, yy, yz, zz), times the products of four basis functions, to the equations."""
     xx, xy, xz, yy, yz, zz = square
     for r in range(ORDER):
@@ -122,7 +118,7 @@ def add_square(band: _Floats, low: int, basis: Four, square: tuple[float, float,
 
 
 @helper
-def add_row(right: _Floats, low: int, basis: Four, value: float, gradient: tuple[float, float, float]) -> None:
+def add_row(right: Floats, low: int, basis: Four, value: float, gradient: tuple[float, float, float]) -> None:
     """Add a gradient, times a value and four basis functions, to a vector over the control points' coordinates."""
     for r in range(ORDER):
         for d in range(3):
@@ -130,7 +126,7 @@ def add_row(right: _Floats, low: int, basis: Four, value: float, gradient: tuple
 
 
 @helper
-def combine(control: _Floats, low: int, basis: Four) -> tuple[float, float, float]:
+def combine(control: Floats, low: int, basis: Four) -> tuple[float, float, float]:
     """Return the sum of four control points, weighted by basis functions."""
     x = y = z = 0.0
     for r in range(ORDER):

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import kernel, read, write
+from dloftbs.kernels.compiler import Bools, Floats, Ints, kernel, read, write
 from dloftbs.stereo.kernels.observations import CLEAR, DEPTH, RADIUS, WEIGHT, half_widths
 
 _WIDER = 2.0
@@ -17,25 +16,22 @@ _WIDER = 2.0
 Source: by hand; 1.25 times as wide, where two equal strands overlap by three quarters.
 """
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-
 
 @kernel(
     read(float64, 1, "C"), write(float64, 2, "C"), read(float64, 1, "C"), read(int64, 1, "C"),
     read(float64, 1, "C"), int64, float64, float64, float64, write(boolean, 1, "C"),
 )  # fmt: skip
 def compare_widths(
-    t: _Floats,
-    rows: _Floats,
-    depths: _Floats,
-    views: _Ints,
-    focals_px: _Floats,
+    t: Floats,
+    rows: Floats,
+    depths: Floats,
+    views: Ints,
+    focals_px: Floats,
     spans: int,
     width_std: float,
     radius_std_px: float,
     most: float,
-    shown: npt.NDArray[np.bool_],
+    shown: Bools,
 ) -> tuple[int, float]:
     """Find where the widths in two views, in metres, contradict each other: one of them shows something else there.
 

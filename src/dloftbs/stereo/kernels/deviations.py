@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read
 from dloftbs.stereo.kernels.band_equations import BAND, ORDER, Four, add_row, basis_and_slopes, combine, solve, span_of
 from dloftbs.stereo.kernels.observations import DEPTH, SHARED, WEIGHT, gradient_of, see
 
@@ -18,9 +17,6 @@ _ERRORS = 6
 Source: by definition.
 """
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-
 
 @kernel(
     read(float64, 2, "C"), read(float64, 1, "C"), read(float64, 1, "C"), read(float64, 2, "C"),
@@ -28,19 +24,19 @@ _Ints = npt.NDArray[np.int64]
     float64, read(float64, 2, "C"), int64,
 )  # fmt: skip
 def deviations(
-    control: _Floats,
-    knots: _Floats,
-    t: _Floats,
-    rows: _Floats,
-    views: _Ints,
-    residuals: _Floats,
-    rotations: _Floats,
-    shifts: _Floats,
-    pixel_std: _Floats,
+    control: Floats,
+    knots: Floats,
+    t: Floats,
+    rows: Floats,
+    views: Ints,
+    residuals: Floats,
+    rotations: Floats,
+    shifts: Floats,
+    pixel_std: Floats,
     rotation_std: float,
-    factor: _Floats,
+    factor: Floats,
     count: int,
-) -> _Floats:
+) -> Floats:
     """Return the standard deviation of a spline across itself at evenly spaced parameters, shape (count,).
 
     It is the root of the trace of the covariance across the spline. Where residuals are larger than their noise, so is
@@ -89,7 +85,7 @@ def deviations(
 
 
 @helper
-def _inverse_of(factor: _Floats) -> _Floats:
+def _inverse_of(factor: Floats) -> Floats:
     """Return the entries of the inverse within the bands, by Takahashi's recursion."""
     size = len(factor)
     inverse = np.zeros((size, BAND))
@@ -106,17 +102,17 @@ def _inverse_of(factor: _Floats) -> _Floats:
 
 @helper
 def _moved_by_rig(
-    control: _Floats,
-    knots: _Floats,
-    t: _Floats,
-    rows: _Floats,
-    views: _Ints,
-    rotations: _Floats,
-    shifts: _Floats,
-    pixel_std: _Floats,
+    control: Floats,
+    knots: Floats,
+    t: Floats,
+    rows: Floats,
+    views: Ints,
+    rotations: Floats,
+    shifts: Floats,
+    pixel_std: Floats,
     rotation_std: float,
-    factor: _Floats,
-) -> _Floats:
+    factor: Floats,
+) -> Floats:
     """Return how each error of the rig, of one standard deviation, moves the control points, (errors, n, 3)."""
     n = len(control)
     if rotation_std == 0.0 and not pixel_std.any() and not rows[:, SHARED].any():
@@ -150,7 +146,7 @@ def _moved_by_rig(
 
 
 @helper
-def _excess(t: _Floats, rows: _Floats, residuals: _Floats, spans: int) -> _Floats:
+def _excess(t: Floats, rows: Floats, residuals: Floats, spans: int) -> Floats:
     """Return by what factor the variance exceeds that of the noise in each knot span and its neighbours, at least 1."""
     sums, counts = np.zeros(spans + 2), np.zeros(spans + 2)
     for i in range(len(t)):
@@ -165,7 +161,7 @@ def _excess(t: _Floats, rows: _Floats, residuals: _Floats, spans: int) -> _Float
 
 
 @helper
-def _covariance_at(inverse: _Floats, low: int, basis: Four, scale: float, covariance: _Floats) -> None:
+def _covariance_at(inverse: Floats, low: int, basis: Four, scale: float, covariance: Floats) -> None:
     """Write the covariance of a point of the spline, (3, 3)."""
     covariance[:] = 0.0
     for r in range(ORDER):

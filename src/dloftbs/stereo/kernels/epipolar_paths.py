@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import float64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read
 
 MOST_COST = 4.0
 """Largest cost of a pair of points, squared standard deviations: a wrong stretch is no worse than that.
@@ -44,12 +44,11 @@ _DIAGONAL, _ALONG_A, _ALONG_B, _START = 0, 1, 2, 3
 Source: by definition.
 """
 
-_Floats = npt.NDArray[np.float64]
 _Three = tuple[float, float, float]
 
 
 @helper
-def _turned(matrix: _Floats, x: float, y: float) -> _Three:
+def _turned(matrix: Floats, x: float, y: float) -> _Three:
     """Return a matrix (3, 3) times (x, y, 1)."""
     return (
         matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2],
@@ -60,8 +59,8 @@ def _turned(matrix: _Floats, x: float, y: float) -> _Three:
 
 @helper
 def _cost_table(
-    a: _Floats, b: _Floats, widths_a: _Floats, widths_b: _Floats, rotation: _Floats, shift: _Floats, variance: float
-) -> _Floats:
+    a: Floats, b: Floats, widths_a: Floats, widths_b: Floats, rotation: Floats, shift: Floats, variance: float
+) -> Floats:
     """Return the cost of each pair of points, (len(a), len(b)); a pair behind a camera has the largest.
 
     The second curve is taken to be straight to half-way to the next points, and is as near as its nearest place there.
@@ -109,7 +108,7 @@ def _cost_table(
 
 
 @helper
-def _best_path(costs: _Floats, steps: npt.NDArray[np.int8]) -> tuple[float, int, int]:
+def _best_path(costs: Floats, steps: npt.NDArray[np.int8]) -> tuple[float, int, int]:
     """Fill in the last step to each pair, and return the mean cost of the best path and where it ends.
 
     A path may leave out points at either end of either curve, each at `OPEN_COST`.
@@ -146,7 +145,7 @@ def _best_path(costs: _Floats, steps: npt.NDArray[np.int8]) -> tuple[float, int,
     read(float64, 2, "C"), read(float64, 1, "C"), float64,
 )  # fmt: skip
 def path_costs(
-    a: _Floats, b: _Floats, widths_a: _Floats, widths_b: _Floats, rotation: _Floats, shift: _Floats, variance: float
+    a: Floats, b: Floats, widths_a: Floats, widths_b: Floats, rotation: Floats, shift: Floats, variance: float
 ) -> tuple[float, float]:
     """Return the mean cost of the best path from point to point of two curves, and with the second one run backwards.
 
@@ -179,8 +178,8 @@ def path_costs(
     read(float64, 2, "C"), read(float64, 1, "C"), float64,
 )  # fmt: skip
 def correspond(
-    a: _Floats, b: _Floats, widths_a: _Floats, widths_b: _Floats, rotation: _Floats, shift: _Floats, variance: float
-) -> tuple[int, _Floats, _Floats, _Floats]:
+    a: Floats, b: Floats, widths_a: Floats, widths_b: Floats, rotation: Floats, shift: Floats, variance: float
+) -> tuple[int, Floats, Floats, Floats]:
     """Return one over the depth of each point of the first curve on the best path that `path_costs` prices.
 
     The partner is where the second curve, among the points that the path pairs with it, meets the epipolar line.
@@ -221,7 +220,7 @@ def correspond(
 
 
 @helper
-def _find_path(costs: _Floats) -> npt.NDArray[np.int64]:
+def _find_path(costs: Floats) -> Ints:
     """Return the best path as pairs of points, (k, 2)."""
     n, m = costs.shape
     steps = np.empty((n, m), np.int8)
@@ -248,7 +247,7 @@ def _cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> 
 
 
 @helper
-def _meeting(b: _Floats, line: _Three, low: int, high: int, middle: float) -> float:
+def _meeting(b: Floats, line: _Three, low: int, high: int, middle: float) -> float:
     """Return where a stretch of a curve meets a line, nearest to the middle, else its place nearest to the line."""
     place, least = middle, math.inf
     before = 0.0
@@ -268,7 +267,7 @@ def _meeting(b: _Floats, line: _Three, low: int, high: int, middle: float) -> fl
 
 
 @helper
-def _triangulate(b: _Floats, place: float, ray: _Three, shift: _Floats, line: _Three) -> tuple[float, float]:
+def _triangulate(b: Floats, place: float, ray: _Three, shift: Floats, line: _Three) -> tuple[float, float]:
     """Return one over the depth of a ray's point, whose partner is at a place of the second curve, and its weight."""
     j = min(int(place), len(b) - 2)
     dx, dy = b[j + 1, 0] - b[j, 0], b[j + 1, 1] - b[j, 1]

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64, uint8
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import Bytes, Floats, Ints, helper, kernel, read, write
 from dloftbs.stereo.kernels.observations import CLEAR, COLUMNS, RADIUS, WEIGHT
 
 _NOISE_PX3 = 0.026
@@ -47,12 +46,9 @@ _APART = 3.0
 Source: geometry; a hairpin whose sides touch has half of that.
 """
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-
 
 @kernel(read(float64, 2), read(float64, 1), read(float64, 1), int64, float64)
-def block_means(points: _Floats, u: _Floats, radius: _Floats, block: int, farthest: float) -> _Floats:
+def block_means(points: Floats, u: Floats, radius: Floats, block: int, farthest: float) -> Floats:
     """Return the means of some points each along a line, without those that a gap interrupts.
 
     Parameters
@@ -105,14 +101,14 @@ def block_means(points: _Floats, u: _Floats, radius: _Floats, block: int, farthe
 
 
 @helper
-def _is_set(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+def _is_set(mask: Bytes, x: float, y: float) -> bool:
     """Return whether the pixel at a place is set; nothing is outside of the image."""
     column, row = math.floor(x + 0.5), math.floor(y + 0.5)
     return 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
 
 
 @kernel(read(float64, 2, "C"), read(int64, 1, "C"), read(uint8, 2), write(float64, 1, "C"))
-def block_noise(blocks: _Floats, starts: _Ints, mask: npt.NDArray[np.uint8], noise: _Floats) -> None:
+def block_noise(blocks: Floats, starts: Ints, mask: Bytes, noise: Floats) -> None:
     """Find the noise of blocks: the variance of the mean of a stretch times its length.
 
     Tight bends have more, since a mask's middle is not the cable's axis there, and so has what runs along the pixels.
@@ -188,7 +184,7 @@ def block_noise(blocks: _Floats, starts: _Ints, mask: npt.NDArray[np.uint8], noi
 
 
 @kernel(read(float64, 2, "C"), read(float64, 1, "C"), float64, float64, float64, float64)
-def observe(blocks: _Floats, noise: _Floats, fx: float, fy: float, cx: float, cy: float) -> _Floats:
+def observe(blocks: Floats, noise: Floats, fx: float, fy: float, cx: float, cy: float) -> Floats:
     """Return the observations that blocks are, as `dloftbs.stereo.kernels.observations` has them, (m, 9).
 
     Parameters

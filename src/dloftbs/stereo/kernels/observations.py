@@ -9,9 +9,8 @@ row without one has a depth of 0.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs.kernels.compiler import helper
+from dloftbs.kernels.compiler import Floats, helper
 
 WEIGHT, RADIUS, CLEAR, DEPTH, SHARED, COLUMNS = 4, 5, 6, 7, 8, 9
 """Index of each column of a row behind the ray and the normal, and the number of columns.
@@ -19,12 +18,11 @@ WEIGHT, RADIUS, CLEAR, DEPTH, SHARED, COLUMNS = 4, 5, 6, 7, 8, 9
 Source: by definition.
 """
 
-_Floats = npt.NDArray[np.float64]
 Three = tuple[float, float, float]
 
 
 @helper
-def half_widths(rows: _Floats) -> _Floats:
+def half_widths(rows: Floats) -> Floats:
     """Return half the width of what each observation shows over its depth along z, (m,); 0 where there is a depth.
 
     A mask is stretched away from the image's middle. The border is a plane through the camera, whose distance from a
@@ -35,7 +33,7 @@ def half_widths(rows: _Floats) -> _Floats:
 
 
 @helper
-def see(turn: _Floats, shift: _Floats, point: Three) -> Three:
+def see(turn: Floats, shift: Floats, point: Three) -> Three:
     """Return the ray x and y of a point in a view, and one over its depth there; behind it that is not positive."""
     x, y, z = point
     inverse = 1.0 / (turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z + shift[2])
@@ -45,7 +43,7 @@ def see(turn: _Floats, shift: _Floats, point: Three) -> Three:
 
 
 @helper
-def see_step(turn: _Floats, seen: Three, step: Three) -> tuple[float, float]:
+def see_step(turn: Floats, seen: Three, step: Three) -> tuple[float, float]:
     """Return how a ray moves with its point."""
     x, y, z = step
     step_z = turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z
@@ -55,7 +53,7 @@ def see_step(turn: _Floats, seen: Three, step: Three) -> tuple[float, float]:
 
 
 @helper
-def gradient_of(turn: _Floats, row: _Floats, seen: Three) -> Three:
+def gradient_of(turn: Floats, row: Floats, seen: Three) -> Three:
     """Return the derivative of an observation by the point in space."""
     if row[DEPTH] > 0.0:
         return turn[2, 0], turn[2, 1], turn[2, 2]

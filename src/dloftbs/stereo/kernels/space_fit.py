@@ -9,10 +9,9 @@ derivatives by arc length are white noise, as of a smoothing spline.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read, write
 from dloftbs.stereo.kernels.band_equations import (
     ORDER,
     Four,
@@ -45,12 +44,9 @@ _SETTLED_M = 1e-4
 Source: by hand; a tenth of a millimetre, of which a curve moves by less.
 """
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-
 
 @helper
-def _weigh(row: _Floats, seen: Three, most: float, residual: _Floats) -> tuple[float, float]:
+def _weigh(row: Floats, seen: Three, most: float, residual: Floats) -> tuple[float, float]:
     """Write the residual of an observation, and return its weight and that of rays along the curve."""
     if row[DEPTH] > 0.0:
         residual[0] = 1.0 / seen[2] - row[DEPTH]
@@ -64,7 +60,7 @@ def _weigh(row: _Floats, seen: Three, most: float, residual: _Floats) -> tuple[f
 
 @helper
 def _add_observation(
-    band: _Floats, low: int, basis: Four, gradient: Three, tangent: Three, weight: float, along: float
+    band: Floats, low: int, basis: Four, gradient: Three, tangent: Three, weight: float, along: float
 ) -> None:
     """Add an observation, and how much a point resists motion along the spline, to the normal matrix."""
     gx, gy, gz = gradient
@@ -83,7 +79,7 @@ def _add_observation(
 
 
 @helper
-def _step_along(turn: _Floats, row: _Floats, seen: Three, tangent: Three) -> float:
+def _step_along(turn: Floats, row: Floats, seen: Three, tangent: Three) -> float:
     """Return by how much of its parameter a point lies from where an observation is nearest to the spline."""
     slope_x, slope_y = see_step(turn, seen, tangent)
     squared = slope_x * slope_x + slope_y * slope_y
@@ -99,20 +95,20 @@ def _step_along(turn: _Floats, row: _Floats, seen: Three, tangent: Three) -> flo
     write(float64, 1, "C"), write(float64, 1, "C"), write(float64, 2, "C"),
 )  # fmt: skip
 def fit_views(
-    control: _Floats,
-    knots: _Floats,
-    t: _Floats,
-    rows: _Floats,
-    views: _Ints,
-    rotations: _Floats,
-    shifts: _Floats,
-    roughness: _Floats,
+    control: Floats,
+    knots: Floats,
+    t: Floats,
+    rows: Floats,
+    views: Ints,
+    rotations: Floats,
+    shifts: Floats,
+    roughness: Floats,
     prior: float,
     most: float,
     iterations: int,
-    residuals: _Floats,
-    depths: _Floats,
-    band: _Floats,
+    residuals: Floats,
+    depths: Floats,
+    band: Floats,
 ) -> bool:
     """Fit a spline in space to curves in several views, from a spline nearby.
 

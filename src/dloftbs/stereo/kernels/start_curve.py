@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, helper, kernel, read
 from dloftbs.stereo.kernels.band_equations import BAND, ORDER, add_prior, basis_and_slopes, cholesky, solve, span_of
-
-_Floats = npt.NDArray[np.float64]
 
 
 @helper
-def _fit_points(points: _Floats, weights: _Floats, knots: _Floats, roughness: _Floats, prior: float) -> _Floats:
+def _fit_points(points: Floats, weights: Floats, knots: Floats, roughness: Floats, prior: float) -> Floats:
     """Fit a smooth spline to points at even parameters, and return its control points (n, 3)."""
     n, m = len(knots) - ORDER, len(points)
     band, right, control = np.zeros((3 * n, BAND)), np.zeros(3 * n), np.zeros((n, 3))
@@ -41,17 +38,17 @@ def _fit_points(points: _Floats, weights: _Floats, knots: _Floats, roughness: _F
     read(float64, 1, "C"), read(float64, 2, "C"), read(float64, 1, "C"), read(float64, 2, "C"),
 )  # fmt: skip
 def start_curve(
-    nodes: _Floats,
-    inverse_depths: _Floats,
-    weights: _Floats,
+    nodes: Floats,
+    inverse_depths: Floats,
+    weights: Floats,
     scale: float,
     bending: float,
     least_share: float,
-    depth_knots: _Floats,
-    depth_roughness: _Floats,
-    knots: _Floats,
-    roughness: _Floats,
-) -> tuple[_Floats, float]:
+    depth_knots: Floats,
+    depth_roughness: Floats,
+    knots: Floats,
+    roughness: Floats,
+) -> tuple[Floats, float]:
     """Fit a spline in space to points on rays, at depths whose inverses are made smooth first.
 
     Parameters

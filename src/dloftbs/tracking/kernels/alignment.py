@@ -5,15 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, kernel, read
 from dloftbs.tracking.kernels.interpolation import value_at
-
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-_Bools = npt.NDArray[np.bool_]
 
 _MARGIN_RATIO = 3.0
 """Number of times that any other candidate must be farther than an unambiguous match.
@@ -54,7 +49,7 @@ Source: numerics; to 1/64 of a sample.
 
 
 @helper
-def _distances_as_they_lie(tracks: _Floats, found: _Floats, limit: float) -> tuple[_Floats, _Ints]:
+def _distances_as_they_lie(tracks: Floats, found: Floats, limit: float) -> tuple[Floats, Ints]:
     """Return the mean distances of tracks (t, m, d) from curves (f, m, d), and their directions.
 
     A direction is 1 or -1, 0 if one is not clearly better than the other. Mean distances above `limit` are too small,
@@ -85,7 +80,7 @@ def _distances_as_they_lie(tracks: _Floats, found: _Floats, limit: float) -> tup
 
 
 @kernel(read(float64, 3), read(float64, 1), read(float64, 3), float64)
-def find_partners(tracks: _Floats, lengths: _Floats, found: _Floats, max_mean: float) -> _Ints:
+def find_partners(tracks: Floats, lengths: Floats, found: Floats, max_mean: float) -> Ints:
     """Find the curve that alone is near to each track as a whole, which is alone near to it.
 
     Parameters
@@ -122,8 +117,8 @@ def find_partners(tracks: _Floats, lengths: _Floats, found: _Floats, max_mean: f
 
 @helper
 def _misfit(
-    part: _Floats,
-    whole: _Floats,
+    part: Floats,
+    whole: Floats,
     share: float,
     start: float,
     backwards: bool,
@@ -172,7 +167,7 @@ def _misfit(
 
 @helper
 def _align(
-    part: _Floats, whole: _Floats, share: float, latest: float, cyclic: bool, cap: float
+    part: Floats, whole: Floats, share: float, latest: float, cyclic: bool, cap: float
 ) -> tuple[float, float, bool]:
     """Return the least mean distance of a part along a whole, its start there, and True if it is reversed.
 
@@ -210,7 +205,7 @@ def _align(
 
 
 @kernel(read(float64, 2), read(float64, 2), float64, float64, float64)
-def misfit_at(part: _Floats, whole: _Floats, share: float, start: float, shift_weight: float) -> float:
+def misfit_at(part: Floats, whole: Floats, share: float, start: float, shift_weight: float) -> float:
     """Return the mean distance of a part from an open whole along which it lies, in its own direction.
 
     Parameters
@@ -238,14 +233,14 @@ def misfit_at(part: _Floats, whole: _Floats, share: float, start: float, shift_w
     read(float64, 2),
 )
 def align_all(
-    tracks: _Floats,
-    track_lengths: _Floats,
-    track_closed: _Bools,
-    found: _Floats,
-    found_lengths: _Floats,
-    found_closed: _Bools,
-    cap: _Floats,
-) -> tuple[_Floats, _Floats, _Bools]:
+    tracks: Floats,
+    track_lengths: Floats,
+    track_closed: Bools,
+    found: Floats,
+    found_lengths: Floats,
+    found_closed: Bools,
+    cap: Floats,
+) -> tuple[Floats, Floats, Bools]:
     """Align the shorter of each track and each curve found with the longer one, where it fits best.
 
     Of an open curve and a loop, the loop is the whole; a longer open one counts as one turn of it.

@@ -5,14 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, kernel, read, write
 from dloftbs.kernels.shared.copying import copy_rows_to
-
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
 
 _MAX_ITERATIONS = 100
 """Number of steps of the search for a bend.
@@ -34,7 +30,7 @@ Source: numerics; below what a curve is known to.
 
 
 @kernel(read(boolean, 1))
-def find_runs(mask: npt.NDArray[np.bool_]) -> _Ints:
+def find_runs(mask: Bools) -> Ints:
     """Find the runs of values that are True.
 
     Parameters
@@ -57,7 +53,7 @@ def find_runs(mask: npt.NDArray[np.bool_]) -> _Ints:
 
 
 @helper
-def _fit_rotation(old: _Floats, new: _Floats, noise: float) -> _Floats:
+def _fit_rotation(old: Floats, new: Floats, noise: float) -> Floats:
     """Return the rotation (d, d) from points, known to `noise`, to where they are now (Kabsch, 1976).
 
     A short part shows little, and a straight one nothing about its own axis: what is not known is no rotation.
@@ -70,7 +66,7 @@ def _fit_rotation(old: _Floats, new: _Floats, noise: float) -> _Floats:
 
 
 @helper
-def _bend(old: _Floats, new: _Floats, left: int, right: int, by_left: _Floats, by_right: _Floats, scale: float) -> bool:
+def _bend(old: Floats, new: Floats, left: int, right: int, by_left: Floats, by_right: Floats, scale: float) -> bool:
     """Bend a span between two points, so that its length is `scale` times as long and both sides continue smoothly.
 
     Its steps turn as the sides have turned, blended in between. What is missing at its end is shared out among them,
@@ -115,7 +111,7 @@ def _bend(old: _Floats, new: _Floats, left: int, right: int, by_left: _Floats, b
 
 
 @kernel(read(float64, 2), write(float64, 2), read(int64, 2), int64, float64)
-def fill_hidden(old: _Floats, new: _Floats, visible: _Ints, window: int, length: float) -> None:
+def fill_hidden(old: Floats, new: Floats, visible: Ints, window: int, length: float) -> None:
     """Move the hidden spans of a curve along with its visible parts: bent in between, rigidly where that fails.
 
     Parameters

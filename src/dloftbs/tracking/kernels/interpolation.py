@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
-
-_Floats = npt.NDArray[np.float64]
+from dloftbs.kernels.compiler import Floats, helper, kernel, read
 
 
 @helper
-def value_at(samples: _Floats, place: float, d: int) -> float:
+def value_at(samples: Floats, place: float, d: int) -> float:
     """Return a coordinate between samples (m, ...) by their index; beyond the ends, it is that of the end."""
     place = min(max(place, 0.0), len(samples) - 1.0)
     k = min(int(place), len(samples) - 2)
@@ -23,7 +20,7 @@ def value_at(samples: _Floats, place: float, d: int) -> float:
 
 
 @kernel(read(float64, 2), read(float64, 1))
-def interpolate(samples: _Floats, u: _Floats) -> _Floats:
+def interpolate(samples: Floats, u: Floats) -> Floats:
     """Interpolate samples linearly.
 
     Parameters
@@ -45,7 +42,7 @@ def interpolate(samples: _Floats, u: _Floats) -> _Floats:
 
 
 @kernel(read(float64, 2), read(float64, 1), float64)
-def extend_ends(points: _Floats, distances: _Floats, unit: float) -> _Floats:
+def extend_ends(points: Floats, distances: Floats, unit: float) -> Floats:
     """Return places straight on beyond the first point of a curve, then beyond the last.
 
     Parameters
@@ -75,7 +72,7 @@ def extend_ends(points: _Floats, distances: _Floats, unit: float) -> _Floats:
 
 
 @kernel(read(float64, 2), read(float64, 2), read(float64, 2), float64, float64)
-def filter_velocity(velocity: _Floats, before: _Floats, after: _Floats, dt: float, gain: float) -> _Floats:
+def filter_velocity(velocity: Floats, before: Floats, after: Floats, dt: float, gain: float) -> Floats:
     """Update velocities by the step of their samples.
 
     Parameters
@@ -93,14 +90,14 @@ def filter_velocity(velocity: _Floats, before: _Floats, after: _Floats, dt: floa
     -------
     (m, d) float64
     """
-    result: _Floats = (1.0 - gain) * velocity + (gain / dt) * (after - before)
+    result: Floats = (1.0 - gain) * velocity + (gain / dt) * (after - before)
     return result
 
 
 @kernel(read(float64, 1), read(float64, 2), read(float64, 2), float64, int64, boolean)
 def move_control_points(
-    knots: _Floats, control: _Floats, velocity: _Floats, seconds: float, degree: int, closed: bool
-) -> _Floats:
+    knots: Floats, control: Floats, velocity: Floats, seconds: float, degree: int, closed: bool
+) -> Floats:
     """Move each control point by the velocity of the curve where that point weighs most, its Greville parameter.
 
     Parameters

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, helper, kernel, read
 from dloftbs.tracking.kernels.interpolation import value_at
 
 _STARTS = 32
@@ -17,12 +16,9 @@ _STARTS = 32
 Source: bounds time; one to two of a curve's samples.
 """
 
-_Floats = npt.NDArray[np.float64]
-_Bools = npt.NDArray[np.bool_]
-
 
 @helper
-def _boxes(curves: _Floats) -> _Floats:
+def _boxes(curves: Floats) -> Floats:
     """Return the least x and y, and the largest x and y, of each curve (n, m, 2), shape (n, 4)."""
     boxes = np.empty((len(curves), 4))
     for i in range(len(curves)):
@@ -35,7 +31,7 @@ def _boxes(curves: _Floats) -> _Floats:
 
 
 @kernel(read(float64, 3), read(float64, 3))
-def box_distances(tracks: _Floats, found: _Floats) -> _Floats:
+def box_distances(tracks: Floats, found: Floats) -> Floats:
     """Return the distances between the boxes of tracks and of curves.
 
     Parameters
@@ -58,7 +54,7 @@ def box_distances(tracks: _Floats, found: _Floats) -> _Floats:
 
 
 @helper
-def _mean_distance(points: _Floats, others: _Floats, is_reversed: bool) -> float:
+def _mean_distance(points: Floats, others: Floats, is_reversed: bool) -> float:
     total, last = 0.0, len(points) - 1
     for k in range(len(points)):
         j = last - k if is_reversed else k
@@ -68,7 +64,7 @@ def _mean_distance(points: _Floats, others: _Floats, is_reversed: bool) -> float
 
 
 @helper
-def _length(points: _Floats) -> float:
+def _length(points: Floats) -> float:
     """Return the length of the polygon through points (m, 2)."""
     length = 0.0
     for k in range(1, len(points)):
@@ -78,7 +74,7 @@ def _length(points: _Floats) -> float:
 
 
 @helper
-def _distance_as_part(points: _Floats, curve: _Floats, share: float, is_reversed: bool) -> float:
+def _distance_as_part(points: Floats, curve: Floats, share: float, is_reversed: bool) -> float:
     """Return the least mean distance of points (m, 2) from a share of a curve's samples, of all places along it."""
     last, least = len(points) - 1, np.inf
     starts = math.ceil((1.0 - share) * _STARTS)
@@ -93,13 +89,13 @@ def _distance_as_part(points: _Floats, curve: _Floats, share: float, is_reversed
 
 
 @kernel(read(float64, 2), read(float64, 2))
-def mean_distance(points: _Floats, others: _Floats) -> float:
+def mean_distance(points: Floats, others: Floats) -> float:
     """Return the mean distance of points (m, 2) from others in the same order, px."""
     return _mean_distance(points, others, False)
 
 
 @kernel(read(float64, 3), read(float64, 3), read(float64, 2), read(boolean, 1))
-def mean_distances(tracks: _Floats, found: _Floats, nearer: _Floats, is_part: _Bools) -> tuple[_Floats, _Floats]:
+def mean_distances(tracks: Floats, found: Floats, nearer: Floats, is_part: Bools) -> tuple[Floats, Floats]:
     """Return the mean distances of tracks from curves, sample by sample.
 
     Parameters
@@ -132,7 +128,7 @@ def mean_distances(tracks: _Floats, found: _Floats, nearer: _Floats, is_part: _B
 
 
 @kernel(read(float64, 2), read(float64, 3), float64)
-def lie_near(points: _Floats, curves: _Floats, distance: float) -> _Bools:
+def lie_near(points: Floats, curves: Floats, distance: float) -> Bools:
     """Return which points lie nearer to a sample of some curve than a distance.
 
     Parameters
@@ -159,7 +155,7 @@ def lie_near(points: _Floats, curves: _Floats, distance: float) -> _Bools:
 
 
 @kernel(read(float64, 1), read(float64, 1), float64)
-def ratios_differ(ones: _Floats, others: _Floats, largest: float) -> _Bools:
+def ratios_differ(ones: Floats, others: Floats, largest: float) -> Bools:
     """Return which pairs of lengths have a larger ratio, or one less than its reciprocal.
 
     Parameters

@@ -6,15 +6,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
+from dloftbs.kernels.compiler import Floats, Ints, helper, inlined, kernel, read, write
 from dloftbs.kernels.shared.selection import nth_least
 from dloftbs.tracking.kernels.interpolation import value_at
-
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
 
 _TANGENT_X, _TANGENT_Y, _EXTRA_COST = 2, 3, 4
 """Columns of a frame's samples after ``x`` and ``y``: the unit tangent, and a cost of its own.
@@ -128,11 +124,11 @@ Source: by hand; above 0, so that no track turns back.
 class _Problem(NamedTuple):
     """Arguments of `find_route`; tangents (k, 2) of the nodes, curves (n,) of the samples, steps that are at an end."""
 
-    nodes: _Floats
-    headings: _Floats
-    samples: _Floats
-    part: _Ints
-    bounds: _Ints
+    nodes: Floats
+    headings: Floats
+    samples: Floats
+    part: Ints
+    bounds: Ints
     spacing: float
     slack: float
     room: int
@@ -141,13 +137,13 @@ class _Problem(NamedTuple):
 class _Candidates(NamedTuple):
     """Samples (k, m) at which each node may be seen, negative if reversed, their costs, and how many there are."""
 
-    found: _Ints
-    costs: _Floats
-    sizes: _Ints
+    found: Ints
+    costs: Floats
+    sizes: Ints
 
 
 @helper
-def _tangent(points: _Floats, first: int, last: int, i: int) -> tuple[float, float]:
+def _tangent(points: Floats, first: int, last: int, i: int) -> tuple[float, float]:
     """Return the unit tangent at a point of a curve that lies from `first` to `last`; 0 if its neighbours coincide."""
     before, after = max(i - 1, first), min(i + 1, last)
     x, y = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
@@ -186,7 +182,7 @@ def _find_candidates(k: int, problem: _Problem, steps_per_px: float, candidates:
 
 
 @kernel(read(float64, 2), read(float64, 1), float64, float64, int64)
-def place_nodes(predicted: _Floats, unseen_s: _Floats, frameless_s: float, reach: float, count: int) -> _Floats:
+def place_nodes(predicted: Floats, unseen_s: Floats, frameless_s: float, reach: float, count: int) -> Floats:
     """Place the nodes of a known curve evenly along it.
 
     Parameters
@@ -219,7 +215,7 @@ def place_nodes(predicted: _Floats, unseen_s: _Floats, frameless_s: float, reach
 
 
 @kernel(write(float64, 2), read(int64, 2))
-def describe_curves(samples: _Floats, bounds: _Ints) -> float:
+def describe_curves(samples: Floats, bounds: Ints) -> float:
     """Find the tangents along curves.
 
     Parameters
@@ -254,7 +250,7 @@ def _hiding_cost(signed: int, after: bool, problem: _Problem) -> float:
 
 
 @inlined
-def _follow_curve(signed: int, problem: _Problem, place: _Ints, former: _Ints, total: _Floats) -> tuple[float, int]:
+def _follow_curve(signed: int, problem: _Problem, place: Ints, former: Ints, total: Floats) -> tuple[float, int]:
     """Return the least cost of reaching a sample along its curve, and the former node's candidate that has it."""
     i, way = abs(signed) - 1, 1 if signed > 0 else -1
     first, last = problem.bounds[problem.part[i], 0], problem.bounds[problem.part[i], 1]
@@ -298,7 +294,7 @@ def _may_switch(signed: int, other: int, node: int, problem: _Problem) -> bool:
 
 
 @helper
-def _trace_back(state: int, candidates: _Candidates, back: _Ints, hidden_back: _Ints, assignment: _Ints) -> float:
+def _trace_back(state: int, candidates: _Candidates, back: Ints, hidden_back: Ints, assignment: Ints) -> float:
     """Write the assignment that ends in a state, 0 if hidden; return the mean cost of the visible nodes."""
     total, seen = 0.0, 0
     for k in range(len(assignment) - 1, -1, -1):
@@ -314,7 +310,7 @@ def _trace_back(state: int, candidates: _Candidates, back: _Ints, hidden_back: _
 
 
 @helper
-def _accumulate_costs(problem: _Problem, candidates: _Candidates, back: _Ints, hidden_back: _Ints) -> int:
+def _accumulate_costs(problem: _Problem, candidates: _Candidates, back: Ints, hidden_back: Ints) -> int:
     """Accumulate the least costs of all states, node by node; write their sources, and return the cheapest last state.
 
     A state is a candidate of a node, or -1 for being hidden.
@@ -363,13 +359,7 @@ def _accumulate_costs(problem: _Problem, candidates: _Candidates, back: _Ints, h
 
 @kernel(read(float64, 2), read(float64, 2), read(int64, 2), float64, float64, float64, write(int64, 1))
 def find_route(
-    nodes: _Floats,
-    samples: _Floats,
-    bounds: _Ints,
-    longest_step: float,
-    spacing: float,
-    slack: float,
-    assignment: _Ints,
+    nodes: Floats, samples: Floats, bounds: Ints, longest_step: float, spacing: float, slack: float, assignment: Ints
 ) -> float:
     """Find the cheapest route of a known curve's nodes through a frame's curves, by dynamic programming.
 
@@ -422,7 +412,7 @@ def find_route(
 
 
 @kernel(read(int64, 1), read(int64, 1), int64, write(int64, 2))
-def find_intervals(assignment: _Ints, part: _Ints, min_nodes: int, intervals: _Ints) -> int:
+def find_intervals(assignment: Ints, part: Ints, min_nodes: int, intervals: Ints) -> int:
     """Find the intervals of a route that follow one curve in one direction, without a gap or a leap.
 
     Parameters

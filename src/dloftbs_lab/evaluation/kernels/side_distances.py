@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import Floats, helper, kernel, read, write
 
 _TINY = np.finfo(np.float64).tiny
 
 
 @helper
-def _distance_to_side(x: npt.NDArray[np.float64], i: int, y: npt.NDArray[np.float64], k: int) -> float:
+def _distance_to_side(x: Floats, i: int, y: Floats, k: int) -> float:
     """Return the distance of the point `i` of x (n, d) from the segment of y (n, d) that begins at `k`."""
     squared = along = total = 0.0
     for axis in range(x.shape[1]):
@@ -29,9 +28,7 @@ def _distance_to_side(x: npt.NDArray[np.float64], i: int, y: npt.NDArray[np.floa
 
 
 @kernel(read(float64, 4, "C"), read(float64, 3, "C"), write(float64, 5, "C"))
-def measure_pairs(
-    found: npt.NDArray[np.float64], true: npt.NDArray[np.float64], distances: npt.NDArray[np.float64]
-) -> None:
+def measure_pairs(found: Floats, true: Floats, distances: Floats) -> None:
     """Measure every found curve, run both ways, against every true one.
 
     Not checked: shapes agree, and curves have two points or more.

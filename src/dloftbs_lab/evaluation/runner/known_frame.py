@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from dloftbs.config import DepthConfig
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.depth import to_metres
 from dloftbs.data.frame import Frame
-from dloftbs.support.arrays import FloatArray
+from dloftbs.support.arrays import BoolArray, FloatArray
 from dloftbs_lab.evaluation.curves import length_of
 from dloftbs_lab.evaluation.runner.found import Curve
 from dloftbs_lab.evaluation.runner.mask_pixels import MaskPixels, shows
@@ -80,7 +79,7 @@ class KnownFrame:
         return None if mask is None else MaskPixels(mask)
 
     @cached_property
-    def visible(self) -> npt.NDArray[np.bool_]:
+    def visible(self) -> BoolArray:
         """For each object, whether it shows at all, shape (objects,)."""
         if not self.truth.visible_masks:
             return np.ones(len(self.truth.ids), np.bool_)
@@ -106,7 +105,7 @@ class KnownFrame:
         return tuple(None if extent is None else Trace(extent, closed=False) for extent in extents)
 
     @cached_property
-    def shown(self) -> tuple[npt.NDArray[np.bool_], ...]:
+    def shown(self) -> tuple[BoolArray, ...]:
         """For each object, at which of `SAMPLES` evenly spaced ``u`` the mask shows it."""
         u = np.linspace(0.0, 1.0, SAMPLES)
         return tuple(
@@ -166,7 +165,7 @@ def surface_line(axis: FloatArray, radius_m: float) -> FloatArray:
     return axis + radius_m * np.where(sine > _MIN_SINE, across / np.maximum(sine, _MIN_SINE), towards)
 
 
-def _extent(points: FloatArray, seen: npt.NDArray[np.bool_], curve: Curve) -> FloatArray | None:
+def _extent(points: FloatArray, seen: BoolArray, curve: Curve) -> FloatArray | None:
     """Return the points from the first to the last that is seen, or None where this is the whole or nothing."""
     (where,) = np.nonzero(seen)
     if (
@@ -178,13 +177,13 @@ def _extent(points: FloatArray, seen: npt.NDArray[np.bool_], curve: Curve) -> Fl
     return points[where[0] : where[-1] + 1]
 
 
-def _radius(line: FloatArray, mask: npt.NDArray[np.bool_]) -> float:
+def _radius(line: FloatArray, mask: BoolArray) -> float:
     """Return half the width of an object: the visible area over twice the visible length, px."""
     length = float(shows(mask, line).mean() * np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
     return float(mask.sum()) / (2.0 * length) if length > 0.0 else 0.0
 
 
-def _lose_ends(seen: npt.NDArray[np.bool_], points: FloatArray, others: Sequence[tuple[FloatArray, float]]) -> None:
+def _lose_ends(seen: BoolArray, points: FloatArray, others: Sequence[tuple[FloatArray, float]]) -> None:
     """Take from `seen` (n,) the points from either end on that lie on other objects, lines (m, 2) px and radii px."""
     for order in (range(len(points)), range(len(points) - 1, -1, -1)):
         for i in order:

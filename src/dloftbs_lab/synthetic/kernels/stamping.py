@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64
 
-from dloftbs.kernels.compiler import kernel, read, write
+from dloftbs.kernels.compiler import Bools, Floats, kernel, read, write
 
 
 @kernel(read(float64, 2), read(float64, 1), write(boolean, 2, "C"))
-def stamp_discs(centres: npt.NDArray[np.float64], radii: npt.NDArray[np.float64], mask: npt.NDArray[np.bool_]) -> None:
+def stamp_discs(centres: Floats, radii: Floats, mask: Bools) -> None:
     """Set the pixels whose centre lies in a disc.
 
     Not checked: the numbers of centres and radii agree, and no radius is negative.

@@ -10,10 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.selection import count_up_to
 from dloftbs.kernels.shared.union_find import find_root
 
@@ -42,28 +41,23 @@ Source: by definition.
 """
 
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-_Bools = npt.NDArray[np.bool_]
-
-
 class _Lines(NamedTuple):
     """The flattened curves, as `select_crossings` takes them."""
 
-    points: _Floats
-    arc: _Floats
-    first: _Ints
-    closed: _Bools
-    widths: _Floats
+    points: Floats
+    arc: Floats
+    first: Ints
+    closed: Bools
+    widths: Floats
 
 
 class _Hits(NamedTuple):
     """Their intersections: curves, chords, how far along these, and arc lengths, of both passes, (m, 2) each."""
 
-    curves: _Ints
-    chords: _Ints
-    shares: _Floats
-    at: _Floats
+    curves: Ints
+    chords: Ints
+    shares: Floats
+    at: Floats
 
 
 @helper
@@ -87,7 +81,7 @@ def _next(lines: _Lines, curve: int, chord: int, step: int) -> int:
 
 
 @helper
-def _distance(points: _Floats, p: int, chord: int) -> float:
+def _distance(points: Floats, p: int, chord: int) -> float:
     """Return the distance of point `p` to a chord."""
     ax, ay = points[chord, 0], points[chord, 1]
     dx, dy = points[chord + 1, 0] - ax, points[chord + 1, 1] - ay
@@ -153,7 +147,7 @@ def _walk(lines: _Lines, hits: _Hits, low: int, high: int, start: int, side: int
 
 
 @helper
-def _find_hits(lines: _Lines, chords: _Ints, shares: _Floats) -> _Hits:
+def _find_hits(lines: _Lines, chords: Ints, shares: Floats) -> _Hits:
     """Return the intersections without those of neighbouring parts of a curve."""
     n = len(chords)
     hits = _Hits(np.empty((n, 2), dtype=np.int64), np.empty((n, 2), dtype=np.int64), np.empty((n, 2)), np.empty((n, 2)))
@@ -181,7 +175,7 @@ def _are_close(lines: _Lines, hits: _Hits, i: int, j: int) -> bool:
 
 
 @helper
-def _group(lines: _Lines, hits: _Hits) -> tuple[_Ints, _Bools]:
+def _group(lines: _Lines, hits: _Hits) -> tuple[Ints, Bools]:
     """Return a representative of each intersection's group, and which intersections lie where a pass ends."""
     n = len(hits.chords)
     parent = np.arange(n)
@@ -208,7 +202,7 @@ def _group(lines: _Lines, hits: _Hits) -> tuple[_Ints, _Bools]:
 
 
 @helper
-def _middle(lines: _Lines, hits: _Hits, members: _Ints) -> int:
+def _middle(lines: _Lines, hits: _Hits, members: Ints) -> int:
     """Return the member of a group from which the ways to all others are the shortest."""
     best, middle = np.inf, -1
     for i in members:
@@ -221,7 +215,7 @@ def _middle(lines: _Lines, hits: _Hits, members: _Ints) -> int:
 
 
 @helper
-def _between(values: _Floats, hits: _Hits, hit: int, side: int) -> float:
+def _between(values: Floats, hits: _Hits, hit: int, side: int) -> float:
     """Return what values at the vertices are at an intersection."""
     chord = hits.chords[hit, side]
     return float(values[chord] + hits.shares[hit, side] * (values[chord + 1] - values[chord]))
@@ -238,15 +232,8 @@ def _between(values: _Floats, hits: _Hits, hit: int, side: int) -> float:
     read(float64, 2),
 )
 def select_crossings(
-    points: _Floats,
-    u: _Floats,
-    arc: _Floats,
-    first: _Ints,
-    closed: _Bools,
-    widths: _Floats,
-    chords: _Ints,
-    shares: _Floats,
-) -> tuple[_Ints, _Floats, _Floats, _Floats]:
+    points: Floats, u: Floats, arc: Floats, first: Ints, closed: Bools, widths: Floats, chords: Ints, shares: Floats
+) -> tuple[Ints, Floats, Floats, Floats]:
     """Return which intersections stand for crossings: the middle one of each odd group that no pass ends in.
 
     Intersections of the same two passes belong together where they lie close, or where one of the passes stays near the

@@ -7,10 +7,9 @@ object times `ACROSS` across the second, then for each pass, for each of its two
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Bools, Bytes, Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.few import median
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.selection import count_up_to, median_of
@@ -94,12 +93,8 @@ Source: numerics; far below any camera's.
 """
 
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-
-
 @helper
-def _point(points: _Floats, arc: _Floats, low: int, high: int, closed: bool, at: float) -> tuple[float, float]:
+def _point(points: Floats, arc: Floats, low: int, high: int, closed: bool, at: float) -> tuple[float, float]:
     """Return the point of a curve, whose vertices are ``low..high - 1``, at an arc length; NaN beyond its ends."""
     length = arc[high - 1]
     if closed:
@@ -115,7 +110,7 @@ def _point(points: _Floats, arc: _Floats, low: int, high: int, closed: bool, at:
 
 @helper
 def _direction(
-    points: _Floats, arc: _Floats, low: int, high: int, closed: bool, at: float, reach: float
+    points: Floats, arc: Floats, low: int, high: int, closed: bool, at: float, reach: float
 ) -> tuple[float, float]:
     """Return the unit vector from `reach` before an arc length to as much after it; NaN where the curve ends before."""
     ax, ay = _point(points, arc, low, high, closed, at - reach)
@@ -136,14 +131,8 @@ def _direction(
     read(float64, 2),
 )
 def choose_places(
-    points: _Floats,
-    arc: _Floats,
-    first: _Ints,
-    closed: npt.NDArray[np.bool_],
-    widths: _Floats,
-    curves: _Ints,
-    at: _Floats,
-) -> _Floats:
+    points: Floats, arc: Floats, first: Ints, closed: Bools, widths: Floats, curves: Ints, at: Floats
+) -> Floats:
     """Choose where to look at crossings; NaN where a curve ends too early or the crossing is too oblique.
 
     Parameters
@@ -200,7 +189,7 @@ def choose_places(
 
 
 @kernel(read(float64, 3), int64, int64)
-def find_pixels(places: _Floats, height: int, width: int) -> tuple[_Ints, _Ints]:
+def find_pixels(places: Floats, height: int, width: int) -> tuple[Ints, Ints]:
     """Return the rows and columns of the pixels that places lie in, -1 both outside of the image.
 
     Parameters
@@ -225,7 +214,7 @@ def find_pixels(places: _Floats, height: int, width: int) -> tuple[_Ints, _Ints]
 
 
 @helper
-def _median(values: _Floats, least: int) -> float:
+def _median(values: Floats, least: int) -> float:
     """Return the median of those values that are numbers; NaN where these are fewer than `least`."""
     known, count = np.empty(len(values)), 0
     for k in range(len(values)):
@@ -236,7 +225,7 @@ def _median(values: _Floats, least: int) -> float:
 
 
 @helper
-def _roughness(sides: _Floats, low: int, high: int) -> float:
+def _roughness(sides: Floats, low: int, high: int) -> float:
     """Return the noise's standard deviation in some columns of sides (2, ALONG, n), by what no slope shows in.
 
     These are the second differences.
@@ -252,7 +241,7 @@ def _roughness(sides: _Floats, low: int, high: int) -> float:
 
 
 @helper
-def _read_sides(values: _Floats, p: int, sides: _Floats) -> None:
+def _read_sides(values: Floats, p: int, sides: Floats) -> None:
     """Write the values (PLACES,) beside a crossing of one of its passes, (2, ALONG, ACROSS)."""
     n = (ACROSS + 2 * p * ALONG) * ACROSS
     for side in range(2):
@@ -264,8 +253,8 @@ def _read_sides(values: _Floats, p: int, sides: _Floats) -> None:
 
 @kernel(read(float64, 2), float64, float64, float64, read(float64, 1), float64)
 def judge_depth(
-    stored: _Floats, unit_m: float, low_m: float, high_m: float, pixels: _Floats, resolution_m: float
-) -> _Floats:
+    stored: Floats, unit_m: float, low_m: float, high_m: float, pixels: Floats, resolution_m: float
+) -> Floats:
     """Find from depth which pass is on top.
 
     For each pass the depth at the crossing is predicted from its two sides, from places that are as far from it on the
@@ -325,7 +314,7 @@ def judge_depth(
 
 
 @kernel(read(uint8, 3), read(int64, 2), read(int64, 2))
-def judge_image(image: npt.NDArray[np.uint8], rows: _Ints, columns: _Ints) -> _Floats:
+def judge_image(image: Bytes, rows: Ints, columns: Ints) -> Floats:
     """Find from colours which pass is on top.
 
     For each pass its look across is predicted from its two sides: its colour, its shading and its darker borders. At

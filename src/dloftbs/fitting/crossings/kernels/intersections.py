@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read
 from dloftbs.kernels.shared.copying import longer_rows
 from dloftbs.kernels.shared.cubic import point_and_slope
 from dloftbs.kernels.shared.polyline import polyline_length
@@ -18,14 +17,8 @@ Source: bounds time.
 """
 
 
-_Floats = npt.NDArray[np.float64]
-_Ints = npt.NDArray[np.int64]
-
-
 @kernel(read(float64, 1), read(float64, 2), read(int64, 1), read(float64, 1), int64)
-def flatten(
-    knots: _Floats, control: _Floats, counts: _Ints, chords_px: _Floats, most: int
-) -> tuple[_Floats, _Floats, _Ints]:
+def flatten(knots: Floats, control: Floats, counts: Ints, chords_px: Floats, most: int) -> tuple[Floats, Floats, Ints]:
     """Turn cubic curves in the image into chords at evenly spaced ``u``.
 
     Not checked: the knots fit the control points and span 0 to 1.
@@ -80,7 +73,7 @@ def flatten(
 
 
 @kernel(read(float64, 2), read(int64, 1))
-def measure_arcs(points: _Floats, first: _Ints) -> _Floats:
+def measure_arcs(points: Floats, first: Ints) -> Floats:
     """Return the distance of each vertex of flattened curves from the start of its curve along the chords, px.
 
     Parameters
@@ -101,7 +94,7 @@ def measure_arcs(points: _Floats, first: _Ints) -> _Floats:
 
 
 @helper
-def _bound(points: _Floats, low: int, high: int, boxes: _Floats, k: int) -> None:
+def _bound(points: Floats, low: int, high: int, boxes: Floats, k: int) -> None:
     """Write the box (x0, y0, x1, y1) of the points ``low..high - 1``."""
     x0 = x1 = points[low, 0]
     y0 = y1 = points[low, 1]
@@ -113,13 +106,13 @@ def _bound(points: _Floats, low: int, high: int, boxes: _Floats, k: int) -> None
 
 
 @helper
-def _apart(a: _Floats, i: int, b: _Floats, j: int) -> bool:
+def _apart(a: Floats, i: int, b: Floats, j: int) -> bool:
     """Return whether box `i` of the one array and box `j` of the other have nothing in common."""
     return a[i, 0] > b[j, 2] or b[j, 0] > a[i, 2] or a[i, 1] > b[j, 3] or b[j, 1] > a[i, 3]
 
 
 @helper
-def _runs_on(points: _Floats, low: int, high: int) -> bool:
+def _runs_on(points: Floats, low: int, high: int) -> bool:
     """Return whether all chords from `low` to `high` go the same way as the whole, so that none meets another."""
     dx, dy = points[high, 0] - points[low, 0], points[high, 1] - points[low, 1]
     for i in range(low, high):
@@ -143,7 +136,7 @@ def _side(dx: float, dy: float, px: float, py: float, sign: float) -> bool:
 
 
 @helper
-def _meet(points: _Floats, i: int, j: int, shares: _Floats) -> bool:
+def _meet(points: Floats, i: int, j: int, shares: Floats) -> bool:
     """Return whether chord `i` crosses chord `j`, and write how far along each."""
     ax, ay, bx, by = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
     cx, cy, dx, dy = points[i + 1, 0], points[i + 1, 1], points[j + 1, 0], points[j + 1, 1]
@@ -165,7 +158,7 @@ def _meet(points: _Floats, i: int, j: int, shares: _Floats) -> bool:
 
 
 @helper
-def _meets_box(points: _Floats, i: int, boxes: _Floats, k: int) -> bool:
+def _meets_box(points: Floats, i: int, boxes: Floats, k: int) -> bool:
     """Return whether the box of chord `i` and box `k` have anything in common."""
     ax, ay, bx, by = points[i, 0], points[i, 1], points[i + 1, 0], points[i + 1, 1]
     if (ax < boxes[k, 0] and bx < boxes[k, 0]) or (ax > boxes[k, 2] and bx > boxes[k, 2]):
@@ -174,7 +167,7 @@ def _meets_box(points: _Floats, i: int, boxes: _Floats, k: int) -> bool:
 
 
 @helper
-def _cut(points: _Floats, first: _Ints) -> tuple[_Ints, _Ints, _Floats, _Floats]:
+def _cut(points: Floats, first: Ints) -> tuple[Ints, Ints, Floats, Floats]:
     """Cut curves into chunks of chords.
 
     Returns where each curve's chunks start, and the end; the first chord of each chunk and the end of its chords; the
@@ -197,7 +190,7 @@ def _cut(points: _Floats, first: _Ints) -> tuple[_Ints, _Ints, _Floats, _Floats]
 
 
 @helper
-def _near_chunks(points: _Floats, starts: _Ints, spans: _Ints, boxes: _Floats, whole: _Floats) -> _Ints:
+def _near_chunks(points: Floats, starts: Ints, spans: Ints, boxes: Floats, whole: Floats) -> Ints:
     """Return the pairs of chunks that may meet, (m, 2); those of the same two curves together."""
     pairs = np.empty((64, 2), dtype=np.int64)
     count = 0
@@ -221,7 +214,7 @@ def _near_chunks(points: _Floats, starts: _Ints, spans: _Ints, boxes: _Floats, w
 
 
 @kernel(read(float64, 2), read(int64, 1))
-def intersect(points: _Floats, first: _Ints) -> tuple[_Ints, _Floats]:
+def intersect(points: Floats, first: Ints) -> tuple[Ints, Floats]:
     """Find where chords cross; neighbouring ones of a curve do not.
 
     Parameters

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import float64
 
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import Floats, Ints, helper, kernel, read
 
 
 @helper
-def link_cost(
-    ends: npt.NDArray[np.float64], directions: npt.NDArray[np.float64], weight: float, i: int, j: int, bound: float
-) -> float:
+def link_cost(ends: Floats, directions: Floats, weight: float, i: int, j: int, bound: float) -> float:
     """Return ``J = m J_d + (1 - m) J_o`` for two ends (paper: filter and order), or infinity where it reaches `bound`.
 
     ``J_d`` is their distance in px; ``J_o = |pi - phi_1 - phi_2|`` comes out as the angle between the first direction
@@ -41,13 +38,7 @@ def link_cost(
 
 @helper
 def _best_partner(
-    ends: npt.NDArray[np.float64],
-    directions: npt.NDArray[np.float64],
-    weight: float,
-    max_cost: float,
-    mate: npt.NDArray[np.int64],
-    i: int,
-    other_than: int,
+    ends: Floats, directions: Floats, weight: float, max_cost: float, mate: Ints, i: int, other_than: int
 ) -> tuple[int, float]:
     """Return the open end that is cheapest to join to end `i`, the first of equals, and the cost; or -1, infinity."""
     best, best_cost = -1, np.inf
@@ -61,9 +52,7 @@ def _best_partner(
 
 
 @kernel(read(float64, 2), read(float64, 2), float64, float64)
-def link_greedily(
-    ends: npt.NDArray[np.float64], directions: npt.NDArray[np.float64], weight: float, max_cost: float
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def link_greedily(ends: Floats, directions: Floats, weight: float, max_cost: float) -> tuple[Ints, Floats, Floats]:
     """Join the cheapest pair of open ends, again and again, while below `max_cost` (paper: filter and order).
 
     Ends ``2 i`` and ``2 i + 1`` belong to segment ``i``. The two ends of one chain are never joined: that would close
