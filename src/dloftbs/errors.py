@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # the module has errors alone
+    from collections.abc import Iterator
 
 _MAX_CHARACTERS = 4000
 """Length of the longest message shown: a library's error, quoted in ours, may hold a whole corrupt file."""
