@@ -9,6 +9,7 @@ import pytest
 import dloftbs
 from dloftbs import FrameResult
 from dloftbs.linking.branch_points import confidence_of
+from dloftbs_lab.synthetic.harnesses import HarnessSequence
 
 JOINT = (320, 240)
 ARMS = ((60, 240), (580, 220), (430, 60))
@@ -67,6 +68,16 @@ def test_a_branch_that_leaves_along_the_trunk_begins_where_the_mask_gets_wider()
     (point,) = read(mask).branch_points
     assert abs(point.position[0] - 300) < 15
     assert abs(point.position[1] - 240) < 3
+
+
+@pytest.mark.parametrize(("branches", "seed", "frame"), [(2, 52006, 5), (2, 52011, 35), (2, 52023, 35), (3, 52001, 35)])
+def test_a_branch_that_bends_at_once_leaves_where_the_outline_shows_it(branches, seed, frame):
+    sequence = HarnessSequence(branches, seed=seed)
+    result = dloftbs.detect(sequence.frame(frame).mask, branched=True)
+    found = np.array([point.position for point in result.branch_points])
+    true = np.array([curve.end for curve in sequence.truth(frame).curves[:branches]])
+    assert len(found) == branches
+    assert np.hypot(*(true[:, None] - found).transpose(2, 0, 1)).min(axis=1).max() < 7.0
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -11,6 +11,7 @@ from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, is_start, st
 from dloftbs.kernels.tracing import measure_radius
 from dloftbs.linking.branch_weights import NODE
 from dloftbs.linking.hidden_ends import free_ends
+from dloftbs.linking.kernels.branch_places import branch_place
 from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.support.arrays import ByteArray, FloatArray
 
@@ -18,6 +19,12 @@ _MIN_ENDS = 3
 """Least number of ends at a branch point.
 
 Source: by definition.
+"""
+
+_MIN_POINTS = 2
+"""Smallest number of points of a branch that has a direction.
+
+Source: geometry.
 """
 
 _OWN_WIDTHS = 4.0
@@ -32,41 +39,10 @@ _BUNDLE = 1.4
 Source: geometry; two cables side by side, seen from between both sides and along both, are 1.4 wide.
 """
 
-_WIDER = 0.08
-"""Excess of the mask's width over that of a branch from which another branch lies beside it, widths.
+_AROUND_WIDTHS = 6.0
+"""Length of a branch from a joint on that is looked at, widths.
 
-Source: measured, as `_MERGE_WIDTHS`; a pixel in a cable of twelve.
-"""
-
-_NOISES = 3.0
-"""The same, in standard deviations of the width farther out.
-
-Source: by definition; three standard deviations. A ragged edge is no branch.
-"""
-
-_MERGE_WIDTHS = 0.7
-"""Length over which the mask is wider before a junction, above which branches lead on side by side there, widths.
-
-Source: measured with `benchmarks.branched_motion`: of 291 branch points of two cables .83 and .94 are within 10 px, and
-of .3 to .8 at least .81 and .93. A forest of trees that was fitted on the same widths has .84 and .96.
-"""
-
-_AHEAD = -0.7
-"""Cosine of the angle between the ends of two branches up to which one leads on into the other.
-
-Source: geometry; a turn by 45 degrees.
-"""
-
-_UNSEEN_WIDTHS = 0.5
-"""Length from a branch point on along which a branch that leaves along another one does not show, widths.
-
-Source: measured, as `_MERGE_WIDTHS`.
-"""
-
-_PROFILE_WIDTHS = 8.0
-"""Length of a branch along which its width is looked at, widths.
-
-Source: geometry; twice as far as branches lead on side by side.
+Source: geometry; a branch that leaves along another one is clear of it after some four.
 """
 
 _CENTRE_WIDTHS = 1.0
@@ -142,7 +118,7 @@ def find_branch_points(
         matching.open(end)
     places = {}
     for ends in _joined(matching, found, least_px):
-        place = _start_of_merge(mask, graph, matching, ends)
+        place = _place_by_outline(mask, graph, matching, ends)
         if place is None:
             place = _place(branches.end_states[ends])
         shortest = min([len(_points_of(graph, matching, end)) for end in ends])
@@ -248,59 +224,21 @@ def _place(states: FloatArray) -> FloatArray:
     return result
 
 
-def _start_of_merge(mask: ByteArray, graph: Graph, matching: EndMatching, ends: list[int]) -> FloatArray | None:
-    """Return where two branches begin to part that lead on side by side; None where all of them part at once.
-
-    There the mask begins to be wider than the branch that holds both: of all that meet, the one that is wide the
-    farthest. Where another one is about as far, a blob lies over the joint.
-    """
+def _place_by_outline(mask: ByteArray, graph: Graph, matching: EndMatching, ends: list[int]) -> FloatArray | None:
+    """Return where one of three branches leaves the others, if the mask shows it; None of other numbers."""
     parts = [_inward_points(graph, matching, end) for end in ends]
-    counts = [0, *accumulate(map(len, parts))]
-    widths = measure_radius(mask, np.concatenate(parts), np.array(counts)) * (2.0 / graph.width)
-    least = _MERGE_WIDTHS * graph.width
-    reaches = []
-    for points, start in zip(parts, counts, strict=False):
-        steps = np.hypot(*np.diff(points, axis=0, prepend=points[:1]).T)
-        reaches.append(_wide_length(widths[start : start + len(points)], steps))
-    if max(reaches) <= least:
+    if len(ends) != _MIN_ENDS or min(map(len, parts)) < _MIN_POINTS:
         return None
-    radii = [_radius(matching, end) for end in ends]
-    tangents = matching.branches.end_states[ends][:, TANGENT]
-    leads_on = ((tangents @ tangents.T).min(axis=1) <= _AHEAD).tolist()  # into one of the others
-    widest = (1.0 - _WIDER) * max(radii)
-    lengths = [
-        reach * (radius >= widest and leads) for reach, radius, leads in zip(reaches, radii, leads_on, strict=True)
-    ]
-    best = max(lengths)
-    k = lengths.index(best)
-    second = max(reaches[:k] + reaches[k + 1 :])
-    if best <= least or second > max(least, 0.5 * best):  # all around is a blob, as tape makes it
-        return None
-    at = np.searchsorted(np.hypot(*np.diff(parts[k], axis=0).T).cumsum(), best + _UNSEEN_WIDTHS * graph.width)
-    place: FloatArray = parts[k][min(int(at), len(parts[k]) - 1)].copy()
-    return place
-
-
-def _wide_length(widths: FloatArray, steps: FloatArray) -> float:
-    """Return how far from a junction on the mask is wider than farther out, widths.
-
-    Up to there the excess adds up to most. It is 0 where the mask is as wide up to the end of what is
-    looked at.
-    """
-    half = len(widths) // 2
-    if half == 0:
-        return 0.0
-    outer = widths[half:]
-    least = float(np.median(outer)) + max(_WIDER, _NOISES * float(np.std(outer)))
-    sums = ((widths - least) * steps).cumsum()
-    at = int(sums.argmax())
-    return float(steps[: at + 1].sum()) if sums[at] > 0.0 and at < half else 0.0
+    points, offsets = np.concatenate(parts), np.array([0, *accumulate(map(len, parts))])
+    radii = measure_radius(mask, points, offsets)
+    is_shown, x, y = branch_place(mask, points, radii, offsets, graph.width)
+    return np.array((x, y)) if is_shown else None
 
 
 def _inward_points(graph: Graph, matching: EndMatching, end: int) -> FloatArray:
     """Return the points of a branch from an end at a junction on, (n, 2), no more than are looked at."""
     own = _points_of(graph, matching, end)
-    return (own if is_start(end) else own[::-1])[: int(_PROFILE_WIDTHS * graph.width)]
+    return (own if is_start(end) else own[::-1])[: int(_AROUND_WIDTHS * graph.width)]
 
 
 def _points_of(graph: Graph, matching: EndMatching, end: int) -> FloatArray:

@@ -8,7 +8,7 @@ BRANCH_END = 2.0
 Source: fitted by ``python -m benchmarks.fit_branches``; from 1 to 2.5 as many scenes are right, to a hundredth.
 """
 
-NODE = (0.62, 0.78)
+NODE = (-0.56, 1.62)
 """Log-odds of a branch point, and per unit of its shortest branch, as `confidence_of` has them.
 
 Source: fitted by ``python -m benchmarks.fit_branches``.
