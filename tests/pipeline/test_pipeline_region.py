@@ -236,6 +236,16 @@ def test_a_group_reads_the_region_too():
     assert len(result) == 2 * len(dloftbs.detect(red(mask), hsv="red", roi=BOX))
 
 
+@pytest.mark.parametrize("other", [None, DIAMOND])
+def test_a_group_of_different_regions_states_none(other):
+    image = red(cables())
+    configs = [Config.from_dict({"segmentation": {"hsv": "red"}}).with_roi(roi) for roi in (BOX, other)]
+    result = PipelineGroup(configs).process(Frame(image=image))
+    alone = [detection.curve for config in configs for detection in dloftbs.detect(image, config=config)]
+    assert [detection.curve for detection in result] == alone
+    assert result.roi is None
+
+
 def test_it_holds_for_frames_of_one_size():
     with pytest.raises(InputError, match="roi must lie within the image of 320 x 240 px"):
         dloftbs.detect(cables(), roi=(200, 100, 200, 100))

@@ -63,7 +63,7 @@ class FrameResult:
         The frame itself, as `detect` keeps it and a stream does not; a notebook shows the curves over it.
     roi : tuple, optional
         Region of interest that alone was read, px of the frame: ``(x, y, w, h)``, or the corners ``((x, y), ...)`` of a
-        polygon. None where all of the frame was read.
+        polygon. None where all of the frame was read, and where the pipelines of a `PipelineGroup` have several ones.
     branch_points : tuple of BranchPoint
         Where three or more ends of detections meet; none unless objects may branch (`LinkingConfig.branched`).
     harnesses : tuple of Harness

@@ -17,8 +17,9 @@ from dloftbs.support.values import check_type, varied
 class PipelineGroup:
     """Pipelines that share a stream; each tracks its own objects, so that those of two colours are never mixed up.
 
-    Track k of pipeline j of n, both counted from 1, has the id ``(k - 1) n + j``. Harnesses and their branch points are
-    not in the results: use one `Pipeline` for these.
+    Track k of pipeline j of n, both counted from 1, has the id ``(k - 1) n + j``. Each pipeline reads its own region of
+    interest; the `roi` of a result is the one that all share, None where they differ. Harnesses and their branch points
+    are not in the results: use one `Pipeline` for these.
 
     Parameters
     ----------
@@ -69,6 +70,7 @@ class PipelineGroup:
         stage_ms["crossings"] = stage_ms.get("crossings", 0.0) + crossings_ms
         first = results[0]
         dropped = tuple(one for result in results for one in result.dropped)
+        regions = {result.roi for result in results}
         return FrameResult(
             detections,
             tracks,
@@ -80,7 +82,7 @@ class PipelineGroup:
             first.name,
             crossings,
             dropped,
-            roi=first.roi,
+            roi=first.roi if len(regions) == 1 else None,
             diagnosis=tuple(dict.fromkeys(one for result in results for one in result.diagnosis)),
         )
 
