@@ -145,6 +145,29 @@ def test_pepper_leaves_no_hole_and_splits_no_end_of_a_skeleton() -> None:
     assert ends == 8
 
 
+@pytest.mark.large
+@pytest.mark.parametrize("share", [0.1, 0.15])
+@pytest.mark.parametrize("size", [(480, 640), (720, 1280), (2160, 3840)])
+def test_pepper_on_thick_cables_all_across_the_image_is_filled(size: tuple[int, int], share: float) -> None:
+    mask = np.zeros(size, np.uint8)
+    side = size[0] // 8
+    for top in range(side // 2, size[0], 2 * side):
+        mask[top : top + side, 20:-20] = 1
+    peppered = mask & (np.random.default_rng(0).random(size) >= share)
+    cleaned = to_image(clean(peppered, CleaningConfig()), size)
+    inside = cv2.erode(mask, np.ones((9, 9), np.uint8)) != 0
+    assert cleaned[inside].mean() > 0.999
+    assert not cleaned[mask == 0].any()
+
+
+@pytest.mark.large
+@pytest.mark.parametrize("share", [0.1, 0.2, 0.3, 0.4, 0.5, 0.55])
+@pytest.mark.parametrize("size", [(480, 640), (720, 1280), (2160, 3840)])
+def test_nothing_is_filled_in_salt(size: tuple[int, int], share: float) -> None:
+    salt = (np.random.default_rng(0).random(size) < share).astype(np.uint8)
+    np.testing.assert_array_equal(to_image(clean(salt, CleaningConfig(open_px=1, fill_holes=False)), size), salt)
+
+
 @given(random_masks)
 def test_all_eight_versions_of_a_mask_come_into_one_pose(mask: np.ndarray) -> None:
     config = CleaningConfig(open_px=1, close_px=1, fill_holes=False)
