@@ -10,6 +10,8 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.config import DepthConfig
+from dloftbs.data.depth import to_metres
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
@@ -167,8 +169,7 @@ def visibility(nodes: FloatArray, frame: Frame) -> FloatArray:
 
 
 def _camera_and_depth(frame: Frame) -> tuple[PinholeCamera, FloatArray]:
-    """Return the camera, and the depth (H, W) m, 0 where it is not known."""
+    """Return the camera, and the depth (H, W) m, 0 where `DepthConfig` does not read it by default."""
     if frame.depth is None or frame.camera is None:
         raise InputError("coherent point drift in space needs frames with depth and a camera, got none")
-    unit = frame.depth_unit_m if frame.depth.dtype.kind in "iu" else 1.0
-    return frame.camera, np.nan_to_num(unit * np.squeeze(frame.depth).astype(np.float64), posinf=0.0, neginf=0.0)
+    return frame.camera, np.nan_to_num(to_metres(np.squeeze(frame.depth), frame.depth_unit_m, DepthConfig()))

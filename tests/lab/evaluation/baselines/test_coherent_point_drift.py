@@ -102,6 +102,19 @@ def test_depth_in_counts_is_metres(deep):
     np.testing.assert_allclose(points_in_space(counts), points_in_space(frame), atol=2e-3)
 
 
+def test_a_saturated_count_is_no_measurement(deep):
+    frame = deep.frame(0)
+    counts = np.rint(1e3 * frame.depth).astype(np.uint16)
+    saturated = np.random.default_rng(0).random(counts.shape) < 0.3
+    absent, full = (
+        Frame(mask=frame.mask, depth=np.where(saturated, value, counts).astype(np.uint16), camera=frame.camera)
+        for value in (0, 65535)
+    )
+    np.testing.assert_array_equal(points_in_space(full), points_in_space(absent))
+    nodes = deep.truth(0).curves_3d[0].sample(NODES)
+    np.testing.assert_array_equal(visibility(nodes, full), visibility(nodes, absent))
+
+
 def line():
     return curve_through(np.column_stack((np.linspace(20.0, 180.0, 30), np.full(30, 60.0))))
 
