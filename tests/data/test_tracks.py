@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from builders import NOT_SPANS, detection_of, line, loop, through_json, wave
 
+from dloftbs.camera import PinholeCamera
 from dloftbs.data.curve import BSplineCurve
-from dloftbs.data.tracks import EndKind, Track, TrackState
+from dloftbs.data.tracks import EndKind, SeenPart, Track, TrackState
 from dloftbs.errors import InputError
+from dloftbs.support.values import varied
 
 
 class TestTrack:
@@ -83,6 +85,24 @@ def test_run_the_other_way_all_that_lies_along_it_is_mirrored() -> None:
     assert turned.ends == (EndKind.FREE, EndKind.HIDDEN)
     assert turned.velocity.tolist() == track.velocity[::-1].tolist()
     assert turned.velocity_3d.tolist() == track.velocity_3d[::-1].tolist()
+
+
+def test_run_the_other_way_depth_is_missing_at_the_same_places() -> None:
+    """Two detections show the track, the longer one with depth and the other without any."""
+    camera = PinholeCamera(100.0, 100.0, 0.0, 0.0)
+    whole, whole_3d = line((0.0, 0.0), (100.0, 0.0)), line((0.0, 0.0, 1.0), (1.0, 0.0, 1.0))
+    long = detection_of(line((0.0, 0.0), (50.0, 0.0)), line((0.0, 0.0, 1.0), (0.5, 0.0, 1.0)))
+    long = replace(long, inferred_3d=((0.25, 0.5),), camera=camera)
+    short = detection_of(line((75.0, 0.0), (100.0, 0.0)))
+    track = varied(
+        Track(1, TrackState.CONFIRMED, whole, whole_3d, 3, 0, long, ((0.55, 0.7),), camera=camera),
+        _fitted_parts=(SeenPart(long, (0.0, 0.5), (0.0, 1.0)), SeenPart(short, (0.75, 1.0), (0.0, 1.0))),
+    )
+    turned, u = track.reversed(), np.linspace(0.0, 1.0, 21)
+    mirrored = [(1.0 - high, 1.0 - low) for low, high in reversed(track.inferred_3d)]
+    assert len(mirrored) == 3
+    np.testing.assert_allclose(turned.inferred_3d, mirrored, atol=1e-9)
+    np.testing.assert_allclose(turned.curve_3d_std(1.0 - u), track.curve_3d_std(u), rtol=1e-6)
 
 
 def test_a_hidden_part_of_a_loop_is_as_unsure_whatever_turn_its_u_is_of() -> None:

@@ -11,6 +11,7 @@ from drawings import draw_cable, wave
 
 import dloftbs
 from dloftbs import Config, Frame, FrameResult, InputError, Pipeline, viz
+from dloftbs.data.detection import place_in
 from dloftbs.data.tracks import EndKind
 from dloftbs.pipeline.group import PipelineGroup
 
@@ -140,6 +141,19 @@ def test_a_track_ends_at_its_edge_as_at_the_image_s_border(roi):
     assert track.detection.confidence > 0.9
     assert track.detection is result[0] or track.detection.curve == result[0].curve.reversed()
     assert track.velocity is not None
+
+
+def test_the_parts_of_a_track_are_the_detections_of_the_whole_image():
+    pipeline = Pipeline(roi=BOX)
+    mask = draw_cable(np.array([(80.0, 110.0), (240.0, 120.0)]), 9, SIZE)
+    for _ in range(4):
+        pipeline.process(mask)
+    mask[:, 110:210] = 0
+    result = pipeline.process(mask)
+    (track,) = result.tracks
+    assert len(track._parts) == 2
+    assert {place_in(result.detections, part.detection)[0] for part in track._parts} == {0, 1}
+    assert any(part.detection is track.detection for part in track._parts)
 
 
 def test_a_slanted_edge_eats_no_thin_cable_and_starts_no_gap():

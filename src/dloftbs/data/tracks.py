@@ -69,6 +69,11 @@ class SeenPart(NamedTuple):
     track_span: tuple[float, float]
     curve_span: tuple[float, float]
 
+    def reversed(self, detection: Detection) -> SeenPart:
+        """Return the same part of a track that is run the other way, and so is the detection that is given."""
+        (low, high), (first, last) = self.track_span, self.curve_span
+        return SeenPart(detection, (1.0 - high, 1.0 - low), (1.0 - last, 1.0 - first))
+
     def without_depth(self) -> Spans:
         """Return the spans of the track of whose depth the detection says nothing."""
         if self.detection.curve_3d is None:
@@ -268,16 +273,22 @@ class Track(ObjectShape):
 
     def reversed(self) -> Track:
         """Return the same track run the other way."""
-        return replace(
+        seen = None if self.detection is None else self.detection.reversed()
+        parts = [
+            part.reversed(seen if seen is not None and part.detection is self.detection else part.detection.reversed())
+            for part in reversed(self._parts)
+        ]
+        turned = replace(
             self,
             curve=self.curve.reversed(),
             curve_3d=None if self.curve_3d is None else self.curve_3d.reversed(),
-            detection=None if self.detection is None else self.detection.reversed(),
+            detection=seen,
             inferred=tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.inferred)),
             ends=None if self.ends is None else (self.ends[1], self.ends[0]),
             velocity=None if self.velocity is None else self.velocity[::-1],
             velocity_3d=None if self.velocity_3d is None else self.velocity_3d[::-1],
         )
+        return varied(turned, _fitted_parts=tuple(parts))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

@@ -99,6 +99,7 @@ class WholeImage:
             curve=self._curve(found.curve),
             detection=None if found.detection is None else self._detection(found.detection),
             camera=self._camera(found.camera),
+            _fitted_parts=tuple([part._replace(detection=self._detection(part.detection)) for part in found._parts]),
         )
 
     def _crossing(self, found: Crossing) -> Crossing:
