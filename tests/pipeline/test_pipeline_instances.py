@@ -108,3 +108,19 @@ class TestLabelsAsMask:
 def test_tracks_follow_what_is_read_of_instances() -> None:
     frames = [Frame(instances=np.roll((facing(210) > 0).astype(np.uint16), 2 * k, axis=0), index=k) for k in range(4)]
     assert [len(result.tracks) for result in track(frames)] == [1] * 4
+
+
+def bordered(*numbers: int) -> np.ndarray:
+    """Return the label image of some level cables within borders of 255."""
+    labels = np.zeros(SIZE, np.uint8)
+    for number in numbers:
+        cv2.line(labels, (60, 100 * number), (580, 100 * number), 255, 17)
+        cv2.line(labels, (60, 100 * number), (580, 100 * number), number, 9)
+    return labels
+
+
+def test_in_a_stream_of_labels_the_border_of_one_object_is_ground() -> None:
+    results = list(track([bordered(1, 2), bordered(1), bordered(1, 2), bordered(2)]))
+    widths = [one.width_px for result in results for one in result]
+    assert [len(result) for result in results] == [2, 1, 2, 1]
+    assert widths == pytest.approx([11.0] * 6, abs=0.1)

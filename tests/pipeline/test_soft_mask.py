@@ -220,3 +220,15 @@ def test_a_probability_below_one_half_everywhere_is_a_reason() -> None:
         == detect(Frame(mask=(255 * two_values).astype(np.uint8), mask_is="probability")).reason
         == reason
     )
+
+
+def test_a_stream_of_probabilities_is_one_where_few_values_are_left() -> None:
+    sharp = np.where(drawn() > 127, np.uint8(255), np.uint8(0))
+    sharp[250:260, 100:500], sharp[300:310, 100:500] = 1, 2
+    pipeline = Pipeline()
+    for mask in (soft(), sharp, soft(), sharp):
+        (found,) = pipeline.process(mask)
+        assert abs(found.curve(0.5)[1] - 150.0) < 15.0
+    assert len(pipeline.process(np.minimum(sharp, 1))) == 0
+    pipeline.reset()
+    assert len(pipeline.process(np.minimum(sharp, 1))) == 3

@@ -106,6 +106,32 @@ class TestHoldsLabels:
         assert kind_of(np.zeros((0, 5), np.uint8)) != "labels"
 
 
+def of_values(*values: int, kind: type = np.uint8) -> np.ndarray:
+    mask = np.zeros(SIZE, kind)
+    for row, value in enumerate(values):
+        mask[40 * row : 40 * row + 9] = value
+    return mask
+
+
+class TestInStream:
+    @pytest.mark.parametrize("values", [(1,), (1, 2), (1, 255), (1, 2, 255), (3, 60, 255), tuple(range(20))])
+    def test_after_a_probability_few_values_are_one(self, values: tuple[int, ...]) -> None:
+        assert kind_of(of_values(*values), "probability") == "probability"
+
+    def test_after_a_probability_a_photograph_is_none(self) -> None:
+        grey = np.tile(np.linspace(0.0, 255.0, SIZE[1]).astype(np.uint8), (SIZE[0], 1))
+        assert kind_of(grey, "probability") == "binary"
+        assert kind_of(of_values(1, kind=np.int32), "probability") == kind_of(of_values(1) != 0) == "binary"
+
+    def test_after_labels_one_object_and_its_border_are_labels(self) -> None:
+        assert kind_of(of_values(1, 255)) == "binary"
+        assert kind_of(of_values(1, 255), "labels") == "labels"
+
+    def test_after_labels_values_that_are_none_speak_for_themselves(self) -> None:
+        assert kind_of(soft(), "labels") == "probability"
+        assert kind_of(of_values(40, 255), "labels") == kind_of(drawn() > 127, "labels") == "binary"
+
+
 def test_a_probability_of_any_type_has_8_bits() -> None:
     grey = soft()
     for given in (grey, grey / 255.0, (grey / 255.0).astype(np.float32), 257 * grey.astype(np.uint16)):

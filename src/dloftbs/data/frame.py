@@ -82,7 +82,7 @@ class Frame:
         where none are given; 255 beside numbers up to 32 is their border, and ground. "probability": as networks give
         it, of 8 or 16 bits, or in 0..1; it is held as uint8. "auto": floating point is a probability, and so are 8 or
         16 bits of many grey values, nearly all of which are sure; at least two numbers, all up to 32, are labels; all
-        else is binary.
+        else is binary. In a stream, few values are what the first mask was that is no binary one.
     instances : numpy.ndarray, shape (H, W), integer, optional
         Label image of single objects, held as uint16: 0 is ground, any other number an object. Also a stack (N, H, W),
         a list of masks or of SAM's dictionaries, of which object k becomes k + 1 (see `instance_labels.as_labels`).

@@ -132,6 +132,7 @@ class Pipeline:
         self._mask: AnyArray | None = None
         self._masked: Region | None = None  # region that the mask is of
         self._prompt_again: Prompt | None = None  # of the last frame, whose mask failed
+        self._kind = "binary"  # of masks: that of the first one of the stream whose values said more
 
     def __repr__(self) -> str:
         return f"Pipeline({count_of(len(self._tracker.tracks), 'track')}, {self._config!r})"
@@ -200,7 +201,10 @@ class Pipeline:
         if self._segmenter is not None and self._segmenter.takes_prompt and frame.mask is None:
             # A mask that failed hides all tracks, and is no mask to go on from.
             prompt = self._prompt_again or make_prompt(predicted, self._mask, frame.size)
-        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region, prompt, self._gate)
+        run = run_stages(
+            frame, self._config, self._segmenter, predicted, self._depth_edges, region, prompt, self._gate, self._kind
+        )
+        self._kind = run.taken_for if self._kind == "binary" else self._kind
         self._mask, self._masked = run.mask, region
         self._prompt_again = prompt if run.has_failed else None
         self._doubted = self._doubted or _warned(run, frame)  # once in a stream
@@ -265,6 +269,7 @@ class Pipeline:
     def _reset_scene(self) -> None:
         """Forget what is known of the camera, of its masks, and of the harnesses in them."""
         self._mask = self._masked = self._prompt_again = self._last = None
+        self._kind = "binary"
         self._harness_ids.reset()
         self._depth_edges.reset()
         if self._gate is not None:
@@ -347,14 +352,14 @@ def _warned(run: StageRun, frame: Frame) -> bool:
     doubt = doubt_mask(run.share, frame.name)
     if doubt is not None:
         _log.warning("%s See `dloftbs tune --help`", doubt)
-    elif run.is_taken_for_soft:
+    elif run.taken_for == "probability":
         what = f" of {frame.name}" if frame.name else ""
         _log.warning(
             "the mask%s has many grey values, and is read as a probability: mask_is (--mask-is) says so, or that it is "
             "binary, and any non-zero cable",
             what,
         )
-    return doubt is not None or run.is_taken_for_soft
+    return doubt is not None or run.taken_for == "probability"
 
 
 def _checked_unit(run: StageRun, frame: Frame) -> tuple[bool, str | None]:

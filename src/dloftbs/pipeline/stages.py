@@ -52,8 +52,8 @@ from dloftbs.support.mask_values import as_probability, kind_of, without_border
 class StageRun:
     """Results of the stages on one frame, as far as they came, the share of the mask that is set, and the times.
 
-    `mask` is what was read of a probability, and the share that of what is at least one half; `is_taken_for_soft` if
-    nobody but its values says that it is one. A mask that failed is evidence of nothing.
+    `mask` is what was read of a probability, and the share that of what is at least one half; `taken_for` is what
+    nobody but the mask's values says that it is. A mask that failed is evidence of nothing.
     """
 
     mask: AnyArray
@@ -67,7 +67,7 @@ class StageRun:
     crossings: tuple[Crossing, ...] = ()
     dropped: tuple[Dropped, ...] = ()
     reason: str | None = None
-    is_taken_for_soft: bool = False
+    taken_for: str = "binary"
     is_branched: bool = False
     has_failed: bool = False
 
@@ -95,12 +95,12 @@ class _Linked(NamedTuple):
 
 
 class _Given(NamedTuple):
-    """The mask of a frame, what it is besides, if it is that, and whether its values alone say that it is soft."""
+    """The mask of a frame, what it is besides, if it is that, and what its values alone say that it is."""
 
     mask: AnyArray
     soft: npt.NDArray[np.uint8] | None
     labels: npt.NDArray[np.uint16] | None
-    is_taken_for_soft: bool
+    taken_for: str
 
 
 class _Task(NamedTuple):
@@ -161,12 +161,14 @@ def run_stages(
     region: Region | None = None,
     prompt: Prompt | None = None,
     gate: MaskGate | None = None,
+    taken_before: str = "binary",
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
     Ambiguous links of the default method follow the predicted curves, and depth is read with what earlier frames show
     of its edges, to which this one adds. A frame that was cut to a region of interest has no cable outside of it. In
-    a mask that the gate of a stream refuses, nothing is looked for.
+    a mask that the gate of a stream refuses, nothing is looked for. A mask of which nobody says what it is may be what
+    those before it were taken for.
 
     Raises
     ------
@@ -174,7 +176,7 @@ def run_stages(
         As `Pipeline.process`.
     """
     clock = _Clock()
-    mask, soft, labels, is_taken_for_soft = _given(frame, segmenter, config, prompt)
+    mask, soft, labels, taken_for = _given(frame, segmenter, config, prompt, taken_before)
     if region is not None:
         mask, soft = region.clear_outside(mask), None if soft is None else region.clear_outside(soft)
     raised = soft if soft is None else with_expected(soft, predicted)
@@ -189,7 +191,7 @@ def run_stages(
     failure = None if gate is None else gate.refuse(share, frame.stamp, readable=task.refusal_of(part, share) is None)
     if failure is not None:
         run = StageRun(part, share, clock.stage_ms, reason=failure, has_failed=True)
-        return replace(run, is_taken_for_soft=is_taken_for_soft)
+        return replace(run, taken_for=taken_for)
     best = last = _read(part, limit, share, task)
     while last.is_more and sureness(best.lines) < SURE and (lower := next(readings, None)) is not None:
         clock.lap("segmentation")
@@ -197,7 +199,7 @@ def run_stages(
         last = _read(part, limit, task.share_of(part), task)
         best = max(best, last, key=lambda reading: sureness(reading.lines))
     is_branched = isinstance(config.linking, LinkingConfig) and config.linking.branched
-    run = replace(best.run, share=share, is_taken_for_soft=is_taken_for_soft, is_branched=is_branched)
+    run = replace(best.run, share=share, taken_for=taken_for, is_branched=is_branched)
     lines = best.lines
     if not lines:
         return run
@@ -282,7 +284,9 @@ def _link_by_bending(crop: MaskCrop, skeleton: Skeleton, linking: LinkingConfig,
     return _Linked(linked.centerlines, graph=graph)
 
 
-def _given(frame: Frame, segmenter: FrameSegmenter | None, config: Config, prompt: Prompt | None) -> _Given:
+def _given(
+    frame: Frame, segmenter: FrameSegmenter | None, config: Config, prompt: Prompt | None, taken_before: str
+) -> _Given:
     mask, kind = frame.mask, frame.mask_is
     if mask is None:
         if segmenter is None:
@@ -294,12 +298,11 @@ def _given(frame: Frame, segmenter: FrameSegmenter | None, config: Config, promp
         mask = segmenter(frame, prompt)
     if kind == "auto":
         kind = config.segmentation.mask_is
-    is_known = kind != "auto"
-    kind = kind if is_known else kind_of(mask)
+    is_told = kind != "auto" or mask.dtype.kind == "f"
+    kind = kind_of(mask, taken_before) if kind == "auto" else kind
     is_soft = kind == "probability"
     labels = frame.instances
     if labels is None and kind == "labels":
         mask = without_border(mask)
         labels = as_labels(mask)
-    is_taken_for_soft = is_soft and not is_known and mask.dtype.kind != "f"
-    return _Given(mask, as_probability(mask) if is_soft else None, labels, is_taken_for_soft)
+    return _Given(mask, as_probability(mask) if is_soft else None, labels, "binary" if is_told else kind)

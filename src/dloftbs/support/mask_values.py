@@ -35,8 +35,11 @@ Source: measured; .08 at most of 69 masks of networks, .75 and more of 27 photog
 """
 
 
-def kind_of(mask: AnyArray) -> str:
+def kind_of(mask: AnyArray, before: str = "binary") -> str:
     """Return what the values of a mask are: "binary", a "probability", or "labels".
+
+    Few values may be any of these. In a stream they are what a mask `before` was that had more: a probability, also of
+    a single value; or labels, also of one object with its border.
 
     A probability is of floating point, or of 8 or 16 bits with many values, few of them unsure. Edges that were
     smoothed, scaled, or stored as JPEG are such values, too: one half is the cable's edge there. Labels are small
@@ -50,15 +53,17 @@ def kind_of(mask: AnyArray) -> str:
     if high > BORDER and mask.dtype != np.uint16:
         return "binary"
     values = as_probability(mask) if high > BORDER else np.ascontiguousarray(mask, np.uint8)
-    if _are_two(values):
+    was_soft = before == "probability"
+    if not was_soft and _are_two(values):
         return "binary"
     import cv2  # late: the types of the package load without it
 
     counts = cv2.calcHist([values], [0], None, [256], [0.0, 256.0]).ravel()
     levels = np.flatnonzero(counts[1:BORDER]) + 1
-    if len(levels) > 1 and int(levels[-1]) <= _MAX_LABEL:
+    least = 1 if before == "labels" else 2
+    if not was_soft and len(levels) >= least and int(levels[-1]) <= _MAX_LABEL:
         return "labels" if high <= BORDER else "binary"
-    is_soft = mask.dtype in (np.uint8, np.uint16) and np.count_nonzero(counts) > _MAX_CODES
+    is_soft = mask.dtype in (np.uint8, np.uint16) and (was_soft or np.count_nonzero(counts) > _MAX_CODES)
     return "probability" if is_soft and float(counts[_BETWEEN].sum()) <= _MAX_BETWEEN * mask.size else "binary"
 
 
