@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 import pytest
+from busy_pictures import STROKES, busy
 
 import dloftbs
 from dloftbs.config import ColourConfig, Config, SegmentationConfig
@@ -68,6 +69,31 @@ def test_a_stroke_says_what_is_no_cable():
     on_box = Stroke(points=[(30, 135), (200, 135)], cable=False, radius_px=6.0)
     refused = ColourModel.fit_many([(image, [ALONG], ""), (other, [on_box], "")])
     assert iou(refused(other), true) > 0.95
+
+
+@pytest.mark.large
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_stroke_on_a_picture_without_cables_says_what_is_none_where_pixels_are_classified(order):
+    image, _ = busy()
+    other = busy(seed=3, shift=np.array([0, 40]))[0]  # something as grey, elsewhere
+    on_it = Stroke(points=[(40, 140), (240, 140)], cable=False)
+    pictures = [(image, STROKES, "cable"), (other, [on_it], "none")][::order]
+    plain, refused = ColourModel.fit(image, STROKES), ColourModel.fit_many(pictures)
+    assert not refused.by_colour_alone
+    assert refused.classifier.width_px == pytest.approx(plain.classifier.width_px)
+    assert [picture.source for picture in refused.to_config().pictures] == ["cable", "none"][::order]
+    found = [model(other)[136:145, 30:270].mean() for model in (plain, refused)]
+    assert found[1] < 0.5 * found[0]
+
+
+def test_a_picture_without_cables_needs_another_to_show_their_width():
+    image, _ = photo((40, 30, 200))
+    on_ground = Stroke(points=[(30, 135), (200, 135)], cable=False)
+    both = ColourModel.pictures_of([(image, [ALONG], ""), (image, [on_ground], "")])
+    (alone,) = ColourModel.pictures_of([(image, [on_ground], "")])
+    assert alone.pixels == ""
+    assert ColourModel.pictures_of([(image, [on_ground], "")], others=both[:1]) == both[1:]
+    assert not PixelSample.from_text(both[1].pixels).shows_cables
 
 
 def test_several_pictures_add_up():

@@ -123,6 +123,17 @@ def test_strokes_on_many_frames_keep_as_many_samples_as_on_two():
     assert sum(kind.shape[1] for sample in samples for kind in sample.kinds) <= 2 * (1200 + 400 + 400 + 2400)
 
 
+def test_strokes_on_ground_alone_are_samples_as_wide_as_the_cables_of_other_frames():
+    there, first = translator(), TuneDocument(strokes=(GROUND,))
+    assert there.section_of(first).colour is None
+    section = there.section_of(TuneDocument(strokes=(GROUND, CABLE)))
+    cable, ground = (PixelSample.from_text(picture.pixels) for picture in section.colour.pictures)
+    assert (cable.shows_cables, ground.shows_cables) == (True, False)
+    assert ground.width_px == pytest.approx(cable.width_px)
+    assert section == translator().section_of(TuneDocument(strokes=(CABLE, GROUND)))
+    assert translator(section).section_of(translator(section).first) == section
+
+
 def test_parts_beside_the_image_are_left_out():
     outside = DrawnStroke(2, ((-5.0, 60.0), (90.0, 60.0), (5e4, 60.0), (110.0, 60.0)), True, 2.0)
     (picture,) = translator().section_of(TuneDocument(strokes=(outside,))).colour.pictures

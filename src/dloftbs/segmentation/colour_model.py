@@ -127,9 +127,9 @@ class ColourModel:
         self._table = ColourTable(_colour_bits(cells))
         self._by_colour = _probability(log_ratio, cells)
         self._log_ratio = log_ratio - _PRIOR_LOG_ODDS
-        self._shares = [sample.shares_in(cells) for sample in pixels]
+        self._shares = [sample.shares_in(cells) for sample in pixels if sample.shows_cables]
         self._pixels: PixelClassifier | None = None
-        if pixels and not config.accept_strokes and not self._colour_will_do():
+        if self._shares and not config.accept_strokes and not self._colour_will_do():
             self._pixels = PixelClassifier(pixels, self._log_ratio)
 
     @property
@@ -236,28 +236,33 @@ class ColourModel:
 
     @staticmethod
     def pictures_of(
-        pictures: Iterable[tuple[npt.ArrayLike, Iterable[Stroke], str]], roi: Roi | None = None
+        pictures: Iterable[tuple[npt.ArrayLike, Iterable[Stroke], str]],
+        roi: Roi | None = None,
+        others: Sequence[ColourPicture] = (),
     ) -> tuple[ColourPicture, ...]:
         """Return what is kept of pictures and strokes, as `fit_many` takes them.
 
-        Where there are no strokes, the colours of a region of interest alone are counted, if there is one.
+        Where there are no strokes, the colours of a region of interest alone are counted, if there is one. In a picture
+        whose strokes are on ground alone, cables would be as wide as in these pictures, and in others of the model.
 
         Raises
         ------
         InputError
             As `fit`, and if the region does not lie within a picture.
         """
-        kept = []
-        entries = _items("pictures", pictures)
-        for entry in entries:
+        entries = []
+        for entry in _items("pictures", pictures):
             if not isinstance(entry, (tuple, list)) or len(entry) != 3:
                 raise InputError(f"each picture must be a tuple (image, strokes, source), got {shown(entry)}")
             image, given, source = entry
-            strokes = _checked_strokes(given)
-            share = min(1.0, _WHOLE_SAMPLES / len(entries))
-            picture = picture_of(check_image(image), strokes, roi, share)
-            kept.append(msgspec.structs.replace(picture, source=check_text("source", source)))
-        return tuple(kept)
+            entries.append((check_image(image), _checked_strokes(given), check_text("source", source)))
+        share = min(1.0, _WHOLE_SAMPLES / max(len(entries), 1))
+        kept: dict[int, ColourPicture] = {}
+        for number in sorted(range(len(entries)), key=lambda k: not any(stroke.cable for stroke in entries[k][1])):
+            image, strokes, source = entries[number]
+            picture = picture_of(image, strokes, roi, share, width_px=width_in((*others, *kept.values())))
+            kept[number] = msgspec.structs.replace(picture, source=source)
+        return tuple([kept[number] for number in range(len(entries))])
 
     @staticmethod
     def together(pictures: Sequence[ColourPicture]) -> tuple[ColourPicture, ...]:
@@ -297,6 +302,7 @@ def picture_of(
     roi: Roi | None = None,
     share: float = 1.0,
     axes: Mapping[Stroke, CableAxis | None] | None = None,
+    width_px: float | None = None,
 ) -> ColourPicture:
     """Return what is kept of a picture (H, W, 3) and strokes on it.
 
@@ -311,6 +317,8 @@ def picture_of(
         Of the largest number of samples of pixels.
     axes : mapping, optional
         Of the cables beneath the strokes, as `cables_beneath` takes them.
+    width_px : float, optional
+        Width of the cables in other pictures, for one whose strokes are on ground alone.
 
     Raises
     ------
@@ -320,7 +328,7 @@ def picture_of(
     size = int(image.shape[0]), int(image.shape[1])
     region = None if roi is None else Region(roi, size)
     sample = ColourSample.of(image, strokes, region)
-    pixels = PixelSample.of(image, strokes, region, share, axes)
+    pixels = PixelSample.of(image, strokes, region, share, axes, width_px)
     cable, ground = (tuple(str(one) for one in strokes if one.cable is kind) for kind in (True, False))
     return ColourPicture(
         size=size,
@@ -329,6 +337,18 @@ def picture_of(
         sample=sample.to_text(),
         pixels="" if pixels is None else pixels.to_text(),
     )
+
+
+def width_in(pictures: Iterable[ColourPicture]) -> float | None:
+    """Return the mean width in px of the cables in pictures; None where none shows it.
+
+    Raises
+    ------
+    ConfigError
+        If samples cannot be read.
+    """
+    samples = [PixelSample.from_text(picture.pixels) for picture in pictures if picture.cable and picture.pixels]
+    return math.exp(math.fsum(math.log(one.width_px) for one in samples) / len(samples)) if samples else None
 
 
 def _checked_strokes(strokes: object) -> tuple[Stroke, ...]:

@@ -62,6 +62,7 @@ class PixelSample:
         region: Region | None = None,
         share: float = 1.0,
         axes: Mapping[Stroke, CableAxis | None] | None = None,
+        width_px: float | None = None,
     ) -> PixelSample | None:
         """Take samples of a picture with strokes; None where none shows the width of a cable, or nothing is left of it.
 
@@ -75,8 +76,12 @@ class PixelSample:
             Of the largest number of samples.
         axes : mapping, optional
             Of the cables beneath the strokes, as `cables_beneath` takes them.
+        width_px : float, optional
+            Width of the cables in other pictures, for one whose strokes are on ground alone.
         """
         found = cables_beneath(image, strokes, axes)
+        if width_px is not None and not any(stroke.cable for stroke in strokes):
+            found = found._replace(width_px=width_px)
         if not found.width_px > 0.0:
             return None
         ground = pixels_of(image.shape[:2], [stroke for stroke in strokes if not stroke.cable])
@@ -95,7 +100,7 @@ class PixelSample:
                 pixels = np.flatnonzero(where)
                 some = np.random.default_rng(0).permutation(len(pixels))[: max(1, int(share * most) // len(shifts))]
                 kind.append(canonical.features_of(small, pixels[np.sort(some)]))
-        if not any(part.size for part in kinds[0]):
+        if not any(part.size for kind in kinds[:2] for part in kind):
             return None
         rough = cv2.GaussianBlur(canonical.resized(image, found.width_px, _ROUGH_PX), (3, 3), 0)
         on_cable, next_to = (_shrunk(where, rough.shape[1::-1]) for where in (found.cable, found.beside))
@@ -105,6 +110,11 @@ class PixelSample:
             some = pixels[:: max(1, -(-len(pixels) // max(1, int(share * _MOST[1]))))]
             colours.append(np.asarray(picture, np.uint8).reshape(-1, 3)[some])
         return cls(found.width_px, tuple(np.concatenate(kind, axis=1) for kind in kinds), tuple(colours))
+
+    @property
+    def shows_cables(self) -> bool:
+        """True if there are samples of cables: else strokes are on ground alone."""
+        return self.kinds[0].shape[1] > 0
 
     def thinned(self, share: float) -> PixelSample:
         """Return samples of which a share of the largest number is kept at most, evenly over all of a kind."""
@@ -147,7 +157,7 @@ class PixelSample:
             width_px, *counts = struct.unpack_from(_HEAD, packed)
             rows = np.array([COUNT] * len(_MOST) + [3, 3, 3])
             size = _START + int(rows @ counts)
-            if not (unzip.eof and 0.0 < width_px < 1e6 and counts[0] and len(packed) == size):
+            if not (unzip.eof and 0.0 < width_px < 1e6 and any(counts[:2]) and len(packed) == size):
                 raise ValueError("of another size")
         except (binascii.Error, ValueError, zlib.error, struct.error) as error:
             raise ConfigError(f"cannot read the samples of pixels {shown(text)}: draw the strokes again") from error

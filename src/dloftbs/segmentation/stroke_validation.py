@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from dloftbs.config import ColourConfig, Roi, Stroke
 from dloftbs.data.frame_region import Region
-from dloftbs.segmentation.colour_model import ColourModel, picture_of
+from dloftbs.segmentation.colour_model import ColourModel, picture_of, width_in
 from dloftbs.segmentation.stroke_widths import axes_beneath, cables_beneath
 
 
@@ -66,7 +66,8 @@ def cross_validate(
         cable, beside = beneath.cable & inside, beneath.beside & inside
         if not beneath.width_px > 0.0 or not cable.any() or not beside.any():
             continue
-        pictures = ColourModel.together((*before, picture_of(image, others, roi, axes=axes), *after))
+        picture = picture_of(image, others, roi, axes=axes, width_px=width_in((*before, *after)))
+        pictures = ColourModel.together((*before, picture, *after))
         model = ColourModel(ColourConfig(pictures=pictures, accept_strokes=accepts))
         mask = region.paste(model(region.cut(image)))
         shares.append((mask[cable].mean(), mask[beside].mean()))

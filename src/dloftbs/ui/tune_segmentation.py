@@ -22,6 +22,8 @@ from dloftbs.support.text import readable
 from dloftbs.ui.tune_document import RANGES, STROKES, ColourRange, DrawnStroke, Point, TuneDocument
 
 Segment = Callable[[Frame], AnyArray]
+_Drawn = tuple[tuple[DrawnStroke, ...], Roi | None, tuple[ColourPicture, ...]]
+"""Strokes on a frame, the region of interest, and the other pictures, where these strokes are on ground alone."""
 
 _BRUSH_SHARE = 0.3
 """Radius of the brush of a suggested stroke, as a share of the cable's width.
@@ -65,7 +67,7 @@ class Translator:
         self._kept = msgspec.structs.replace(section, hsv=beside_strokes, colour=None, plane=None)
         self._follows_light = section.colour is None or section.colour.follow_light
         self._stored: dict[tuple[tuple[DrawnStroke, ...], Roi | None], ColourPicture] = {}
-        self._pictures: dict[tuple[tuple[DrawnStroke, ...], Roi | None], ColourPicture] = {}
+        self._pictures: dict[_Drawn, ColourPicture] = {}
         self._drafts: dict[tuple[DrawnStroke, ...], ColourPicture] = {}
         self.first = self._document_of(section, roi)
 
@@ -114,7 +116,7 @@ class Translator:
         if document.method == RANGES:
             hsv = (*self._kept.hsv, *map(_as_range, document.ranges))
             return msgspec.structs.replace(self._kept, hsv=hsv, plane=plane)
-        pictures = ColourModel.together((*document.others, *self._drawn(document.strokes, document.roi)))
+        pictures = ColourModel.together((*document.others, *self._drawn(document)))
         colour = None
         if any(picture.cable for picture in pictures):
             colour = ColourConfig(
@@ -122,18 +124,27 @@ class Translator:
             )
         return msgspec.structs.replace(self._kept, colour=colour, plane=plane)
 
-    def _drawn(self, strokes: tuple[DrawnStroke, ...], roi: Roi | None) -> list[ColourPicture]:
+    def _drawn(self, document: TuneDocument) -> list[ColourPicture]:
         """Return a picture for each frame with strokes; those that are as they were are not looked at again."""
-        groups = _by_frame(strokes)
-        self._pictures = {(group, roi): found for group in groups if (found := self._picture(group, roi)) is not None}
-        return list(self._pictures.values())
+        groups = _by_frame(document.strokes)
+        pictures: dict[_Drawn, ColourPicture] = {}
+        found: dict[tuple[DrawnStroke, ...], ColourPicture] = {}
+        for group in sorted(groups, key=_is_on_ground):
+            drawn = group, document.roi, (*document.others, *found.values()) if _is_on_ground(group) else ()
+            picture = self._picture(*drawn)
+            if picture is not None:
+                found[group] = pictures[drawn] = picture
+        self._pictures = pictures
+        return [found[group] for group in groups if group in found]
 
-    def _picture(self, strokes: tuple[DrawnStroke, ...], roi: Roi | None) -> ColourPicture | None:
-        known = self._stored.get((strokes, roi)) or self._pictures.get((strokes, roi))
+    def _picture(
+        self, strokes: tuple[DrawnStroke, ...], roi: Roi | None, others: tuple[ColourPicture, ...]
+    ) -> ColourPicture | None:
+        known = self._stored.get((strokes, roi)) or self._pictures.get((strokes, roi, others))
         if known is not None:
             return known
         frame, image, inside = self._drawn_on(strokes)
-        return make_picture(image, inside, self._source_of(frame.index), roi) if inside else None
+        return make_picture(image, inside, self._source_of(frame.index), roi, others) if inside else None
 
     def _draft(self, strokes: tuple[DrawnStroke, ...]) -> ColourPicture | None:
         stored = self._stored.get((strokes, None))
@@ -227,9 +238,14 @@ class RegionSegmenter:
         self._segmenter.reset()
 
 
-def make_picture(image: AnyArray, strokes: list[Stroke], source: str, roi: Roi | None = None) -> ColourPicture:
-    """Return strokes with the colours that they were drawn on, in a region of interest alone if there is one."""
-    (picture,) = ColourModel.pictures_of([(image, strokes, source)], roi)
+def make_picture(
+    image: AnyArray, strokes: list[Stroke], source: str, roi: Roi | None = None, others: tuple[ColourPicture, ...] = ()
+) -> ColourPicture:
+    """Return strokes with the colours that they were drawn on, in a region of interest alone if there is one.
+
+    Others of the model show how wide cables are, where these strokes are on ground alone.
+    """
+    (picture,) = ColourModel.pictures_of([(image, strokes, source)], roi, others)
     return picture
 
 
@@ -275,6 +291,11 @@ def strokes_along(index: int, objects: Iterable[Detection], *, cable: bool = Tru
 def _by_frame(strokes: tuple[DrawnStroke, ...]) -> list[tuple[DrawnStroke, ...]]:
     ordered = sorted(strokes, key=lambda stroke: stroke.frame)
     return [tuple(group) for _, group in groupby(ordered, key=lambda stroke: stroke.frame)]
+
+
+def _is_on_ground(strokes: tuple[DrawnStroke, ...]) -> bool:
+    """Return whether no stroke is on a cable."""
+    return not any(stroke.cable for stroke in strokes)
 
 
 def _reduced(image: AnyArray) -> AnyArray:

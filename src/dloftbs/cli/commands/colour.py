@@ -154,7 +154,7 @@ def colour(
         stated = {**stated, "region": {"roi": msgspec.to_builtins(roi)}}
     kept = Config.from_dict(stated).region.roi
     roi = None if kept is None else read_roi(kept)
-    pictures = ColourModel.together((*pictures, *ColourModel.pictures_of(drawn_on, roi)))
+    pictures = ColourModel.together((*pictures, *ColourModel.pictures_of(drawn_on, roi, pictures)))
     accepted = accept_strokes or (before is not None and before.accept_strokes)
     learned = before or ColourConfig(pictures=pictures)
     learned = msgspec.structs.replace(learned, pictures=pictures, accept_strokes=accepted)
