@@ -78,6 +78,20 @@ def test_steady_light_changes_nothing():
     assert segmenter.light.tolist() == [1.0, 1.0, 1.0]
 
 
+@pytest.mark.parametrize("level", [105.0, 120.0])
+def test_still_light_is_not_given_up_for_another_that_tells_grey_from_grey_a_little_better(level):
+    rng = np.random.default_rng(0)
+    image = np.linspace(105.0, 180.0, 300)[None, :, None] * np.ones((200, 1, 3))
+    image[95:106, 10:290] = level * (1.3 - 0.11 * np.abs(np.arange(-5.0, 6.0)))[:, None, None]  # round, so darker aside
+    image = np.clip(image + rng.normal(0, 4, image.shape), 0, 255).round().astype(np.uint8)
+    true = np.zeros((200, 300), bool)
+    true[95:106, 10:290] = True
+    segmenter = StrokeSegmenter(ColourModel.fit(image, [Stroke(points=[(40, 100), (240, 100)])]))
+    for _ in range(30):
+        segmenter(image, prompt_on(true))
+    assert segmenter.light.tolist() == [1.0, 1.0, 1.0]
+
+
 def test_without_tracks_the_light_goes_back_to_that_of_the_strokes_and_cables_are_found_again():
     image, true = grey(1.0)
     segmenter = StrokeSegmenter(ColourModel.fit(image, STROKES))

@@ -27,6 +27,12 @@ _GAIN = 0.003
 
 Source: by hand; noise gives less.
 """
+_COST = 0.01
+"""Cost of each axis along which the light is another than that of the strokes, in nats a place.
+
+Source: measured on 12 drawn streams of cables hardly lighter or darker than their ground. In still light, the mean IoU
+is .84, without a cost .80, and .85 where no light is followed; in light that falls to .7 times, it is .80 and .79.
+"""
 _log = logging.getLogger(__name__)
 
 
@@ -34,6 +40,7 @@ class LightDrift:
     """Follows the light along lightness and two tints, a step a frame at most, within bounds.
 
     A step is made where the colours at the points of tracks, and beside them, are likelier cable and ground with it.
+    Since they are a little likelier in some wrong light, too, leaving the light of the strokes has a cost on each axis.
     Without tracks nothing confirms the light, and it goes back to that of the strokes, a step a frame along each axis:
     a wrong light would hide the cables, and so itself, for ever.
 
@@ -71,7 +78,8 @@ class LightDrift:
         most = np.array(_MOST_STEPS)
         candidates = [self._steps, *(self._steps + move for move in self._moves)]
         candidates = [steps for steps in candidates if (np.abs(steps) <= most).all()]
-        worth = [-float(weights @ np.logaddexp(0.0, -sign * self._log_odds(colours, steps))) for steps in candidates]
+        losses = [weights @ np.logaddexp(0.0, -sign * self._log_odds(colours, steps)) for steps in candidates]
+        worth = -np.array(losses) - _COST * np.count_nonzero(candidates, axis=1)
         best = int(np.argmax(worth))
         if worth[best] > worth[0] + _GAIN:
             self._steps = candidates[best]
