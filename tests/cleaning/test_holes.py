@@ -89,6 +89,7 @@ def test_all_eight_versions_are_filled_alike(how: tuple[bool, bool, bool]) -> No
     np.testing.assert_array_equal(crop.oriented(crop.pixels), other.oriented(other.pixels))
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", range(0, 60, 3))
 def test_bundles_are_filled_alike_however_they_are_turned(seed: int) -> None:
     crop = clean(bundle(seed), CleaningConfig())

@@ -95,6 +95,7 @@ def test_nothing_left_is_none(mask: np.ndarray) -> None:
     assert clean(mask, PAPER) is None
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("specks", range(14300, 14900, 50))
 def test_where_a_mask_lies_in_the_image_does_not_decide_whether_it_is_noise(specks: int) -> None:
     here = np.zeros((700, 760), dtype=np.uint8)

@@ -128,6 +128,7 @@ def test_stairs_are_seen_where_they_are(step: int, width: int) -> None:
     check_seen(found, mask)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("width", [3, 6])
 def test_a_curve_that_fills_the_plane_is_seen_where_it_is(width: int) -> None:
     mask = stroke(np.zeros((300, 400), np.uint8), 20.0 + 16.0 * hilbert(4), width)

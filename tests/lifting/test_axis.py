@@ -263,6 +263,7 @@ for scale in map(float, sys.argv[1].split(",")):
 """
 
 
+@pytest.mark.large
 @pytest.mark.parametrize(
     ("dtype", "scales"),
     [("float64", "1e-320,1e-200,1e-160,1e-100,1e-31,1e31,1e160,1e307"), ("float32", "1e-44,1e-38,1e-31,1e31")],

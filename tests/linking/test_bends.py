@@ -56,6 +56,7 @@ def test_a_round_bend_is_followed_half_a_width_inside_of_its_outer_edge(
         assert away.max() < 0.25 * width + 1.0
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("angle", [20, 30, 45])
 def test_a_bend_whose_corner_lies_on_another_cable_is_one_cable(angle: float) -> None:
     """Two ends that a straight cable leaves over at one place, and that come from one side, are those of a fold."""
@@ -122,6 +123,7 @@ def drawn(start: np.ndarray, stop: np.ndarray, width: int) -> np.ndarray:
     return draw_cable(np.array([start, stop]), width, SIZE)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("angle", [40, 60, 80])
 def test_a_cable_that_ends_at_the_neck_of_a_plug_makes_no_fold(angle: float) -> None:
     """The plug is wider than its cable, as a fold is, but that runs straight on into it."""

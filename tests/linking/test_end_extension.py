@@ -64,6 +64,7 @@ def test_a_cable_ends_where_its_axis_does_whatever_its_end_looks_like(style: End
     assert end_misses(style, width, bend).mean() < 0.05 * width + 1.0
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("bend", [0.0, 1.5])
 @pytest.mark.parametrize("width", [20, pytest.param(40, marks=pytest.mark.large)])
 def test_a_frayed_cable_ends_where_its_strands_begin(width: int, bend: float) -> None:

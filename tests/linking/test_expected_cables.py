@@ -54,6 +54,7 @@ def test_a_haze_is_no_cable() -> None:
     assert with_expected(haze, [expected(30.0)]) is haze
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("value", [110, 60, 25])
 def test_a_cable_that_fades_in_a_stream_stays_one_track(value: int) -> None:
     pipeline, ids = Pipeline(mask_is="probability"), []

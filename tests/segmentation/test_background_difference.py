@@ -120,6 +120,7 @@ def clip(number, light=0.0):
         yield laid(truth, 40, light=(1.0 + light * np.sin(index)) * np.ones(SIZE), seed=index)
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("light", [0.0, 0.2])
 @pytest.mark.parametrize("number", [24, 25, 130])
 def test_the_median_of_a_clip_is_the_place_without_the_cable(number, light):
@@ -129,6 +130,7 @@ def test_the_median_of_a_clip_is_the_place_without_the_cable(number, light):
     assert iou(BackgroundSegmenter(background)(frame), line(6)) > 0.85
 
 
+@pytest.mark.large
 def test_the_frames_of_a_median_are_spread_over_the_whole_clip():
     """The cable rests over the first third of the clip."""
     frames = [*[next(clip(1))] * 60, *clip(120)]

@@ -1,10 +1,13 @@
 """What is found beneath each stroke by the others."""
 
 import numpy as np
+import pytest
 from busy_pictures import busy
 
 from dloftbs.config import ColourConfig
 from dloftbs.segmentation import ColourModel, Stroke, cross_validate, stroke_widths
+
+pytestmark = pytest.mark.large  # a classifier of pixels is learned in each
 
 
 def test_the_width_beneath_each_stroke_is_measured_once(monkeypatch):

@@ -63,6 +63,7 @@ def test_the_width_of_parallel_cables_is_that_of_one(spacing, number):
     assert _widths(_rows((100, 100, 100), rows, 11), rows) == pytest.approx([11.0] * 2 * number, abs=1.0)
 
 
+@pytest.mark.large
 def test_strokes_on_parallel_cables_make_a_model_that_finds_all():
     rows = (150, 195, 240, 285, 330)
     image = _rows((100, 100, 100), rows, 11)
@@ -94,6 +95,7 @@ def test_a_white_stripe_is_a_part_of_the_cable_on_white_ground():
     assert _widths(image, [240]) == pytest.approx([21.0] * 2, abs=1.0)
 
 
+@pytest.mark.large
 def test_the_memory_of_a_long_stroke_on_a_large_picture_is_bounded():
     image = np.full((1500, 2000, 3), 90, np.uint8)
     image[745:756] = (20, 20, 200)
