@@ -29,11 +29,11 @@ _DIFFERENT = 24
 
 def main() -> None:
     """Print the table."""
-    given = arguments(__doc__, "few frames and one round, to see that it runs").parse_args()
-    frames, rounds = (2, 1) if given.quick else (240, 3)
+    given = arguments(__doc__, "few recordings and frames and one round, to see that it runs").parse_args()
+    recordings, frames, rounds = (4, 2, 1) if given.quick else (RECORDINGS, 240, 3)
     with published("batch", given.docs), tempfile.TemporaryDirectory() as folder:
-        make_recordings(Path(folder) / "recordings", frames)
-        print(f"{RECORDINGS} recordings of {frames} raw frames of 1280 x 720, two cores, fastest of {rounds} rounds")
+        make_recordings(Path(folder) / "recordings", recordings, frames)
+        print(f"{recordings} recordings of {frames} raw frames of 1280 x 720, two cores, fastest of {rounds} rounds")
         print(f"{'':14}{'seconds':>9}{'CPU s':>9}{'frames/s':>10}{'as fast':>9}{'load':>7}")
         runs: dict[int, list[tuple[float, float, float]]] = {1: [], 2: []}
         for number in range(rounds):
@@ -44,11 +44,11 @@ def main() -> None:
         for jobs, times in runs.items():
             seconds, cpu, load = min(times)
             name = "one process" if jobs == 1 else "two processes"
-            rate = RECORDINGS * frames / seconds
+            rate = recordings * frames / seconds
             print(f"{name:14}{seconds:>9.1f}{cpu:>9.1f}{rate:>10.1f}{slowest / seconds:>9.2f}{load:>7.1f}", flush=True)
 
 
-def make_recordings(folder: Path, frames: int) -> None:
+def make_recordings(folder: Path, count: int, frames: int) -> None:
     """Write the frames of the demo into one file with the names of all recordings."""
     folder.mkdir()
     sequence = DemoSequence(frames=_DIFFERENT)
@@ -60,7 +60,7 @@ def make_recordings(folder: Path, frames: int) -> None:
     for i in range(frames):
         stack[i] = there_and_back[i % len(there_and_back)]
     stack.flush()
-    for number in range(1, RECORDINGS):
+    for number in range(1, count):
         os.link(first, folder / f"{number:02d}.npy")
 
 
