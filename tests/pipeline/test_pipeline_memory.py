@@ -14,8 +14,8 @@ from dloftbs.data.frame import Frame
 from dloftbs.pipeline import Pipeline
 
 SIZES = ((64, 96), (96, 64), (80, 80), (48, 120))
-WARM_UP, FRAMES = 500, 1500
-MAX_BLOCKS = 1500  # one a frame; with other tracks alive than before, it is some hundreds, either way
+WARM_UP, FRAMES = 500, 750
+MAX_BLOCKS = 750  # one a frame; with other tracks alive than before, it is some hundreds, either way
 
 
 def varied_frame(rng: np.random.Generator, number: int) -> Frame:
