@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -16,18 +15,21 @@ from benchmarks.pictured_gaps import ENDS, GROUNDS, KINDS, list_gaps
 from dloftbs.linking.kernels.evidence_weights import DEPTHS, PIXELS
 
 
-@pytest.fixture
-def grounds(tmp_path: Path) -> list[Path]:
-    """Return a photograph of even ground."""
-    ground = np.full((60, 90, 3), (120, 170, 180), np.uint8)
-    cv2.imwrite(str(tmp_path / "ground.png"), ground)
-    return [tmp_path / "ground.png"]
+@pytest.fixture(scope="module", params=KINDS)
+def over_even_ground(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, list[Scene]]:
+    """Return a kind of gap, and scenes of it over a photograph of even ground."""
+    ground = tmp_path_factory.mktemp("even") / "ground.png"
+    cv2.imwrite(str(ground), np.full((60, 90, 3), (120, 170, 180), np.uint8))
+    return request.param, [
+        Scene("even", gap.frame, gap.cables, off_px=2.0) for gap in list_gaps([ground], request.param, 7, 12)
+    ]
 
 
 @pytest.mark.parametrize("what", ["image", "depth"])
-@pytest.mark.parametrize("kind", KINDS)
-def test_over_even_ground_what_is_shown_is_true(kind: str, what: str, grounds: list[Path]) -> None:
-    scenes = [Scene("even", gap.frame, gap.cables, off_px=2.0) for gap in list_gaps(grounds, kind, 7, 12)]
+def test_over_even_ground_what_is_shown_is_true(what: str, over_even_ground: tuple[str, list[Scene]]) -> None:
+    kind, scenes = over_even_ground
     gaps = list(list_seen_gaps(scenes, what))
     assert len(gaps) >= 8
     assert {gap.joined for gap in gaps} == {kind not in ENDS}

@@ -46,6 +46,10 @@ def posed(body: np.ndarray, motion: str, phase: float) -> np.ndarray:
 def worst_px(motion: str, place: str, body: np.ndarray, *, with_depth: bool) -> float:
     """Return the largest mean distance of a track's points from where they are, over all frames; of one id."""
     tracker, rng, worst = Tracker(), np.random.default_rng(0), 0.0
+    depth = np.full(SIZE, 1.9)
+    unhidden = OcclusionEvidence(depth=depth.copy(), camera=CAMERA)
+    depth[:, slice(*BARS[place])] = 0.3
+    hidden = OcclusionEvidence(depth=depth, camera=CAMERA)
     for frame in range(-12, FRAMES):
         points = posed(body, motion, max(frame, 0) / FRAMES)
         seen, width = CAMERA.project(points), 10.0 * 1.1 / points[:, 2].mean()
@@ -57,9 +61,7 @@ def worst_px(motion: str, place: str, body: np.ndarray, *, with_depth: bool) -> 
             noisy = points[first:last:2] + np.array([0.0, 0.0, rng.normal(0.0, 0.0015)])
             one = detection_of(curve_through(seen[first:last:2]), curve_through(noisy), radius=0.5 * width)
             detections.append(one.reversed() if rng.random() < 0.5 else one)
-        depth = np.full(SIZE, 1.9)
-        depth[:, left:right] = 0.3
-        evidence = OcclusionEvidence(depth=depth, camera=CAMERA) if with_depth else None
+        evidence = (hidden if frame >= 0 else unhidden) if with_depth else None
         (track,) = tracker.update(detections, frame / 30.0, SIZE, occlusion=evidence)
         assert track.id == 1
         if frame >= 0:

@@ -96,7 +96,7 @@ def paired(
     return match_ends(rows, columns, costs, bonus, open_cost, np.arange(len(open_cost)) if end_id is None else end_id)
 
 
-@given(st.integers(0, 10**6), st.integers(2, 7))
+@given(st.integers(0, 10**6), st.integers(2, 6))
 def test_margins_say_how_much_dearer_it_is_without_a_joint(seed: int, n: int) -> None:
     cost, open_cost = problem(seed, n)
     partner, cost_of, margin, other = paired(*dense_pairs(cost), open_cost)

@@ -74,7 +74,7 @@ def slowly(mask: npt.NDArray[np.uint8], points: Points, closed: bool, width: flo
     return sure * max(1.0 - (max(discs.max(), width) / length) ** 2, 0.0)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(20))
 def test_it_is_what_arrays_say(seed: int) -> None:
     rng = np.random.default_rng(seed)
     mask = np.zeros(SIZE, np.bool_)
