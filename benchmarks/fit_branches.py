@@ -1,8 +1,8 @@
-"""Costs of branch points, fitted on drawn harnesses and real motion: the cost of a branch's end, and the confidence.
+"""Costs where objects branch, fitted on drawn harnesses and real motion, and the confidence of branch points.
 
 ``python -m benchmarks.fit_branches FILE...`` reads recordings as `branched_motion` does, and draws harnesses and
-crossings with seeds of its own. It prints the share of scenes that are right for each cost, and the weights of
-`branch_weights.NODE` with what they say of each source that was left out.
+crossings with seeds of its own. It prints the share of scenes that are right for each cost of a branch's end and of
+round ends, and the weights of `branch_weights.NODE` with what they say of each source that was left out.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import dloftbs
 from benchmarks.branched_motion import NODE_PX, SIZE, Scene, mask_of, scenes, score
 from benchmarks.fit_linking.confidence import fit_log_odds
 from dloftbs.linking import branch_points, branch_weights, end_matching
-from dloftbs_lab.synthetic.degrade import NOISY
+from dloftbs_lab.synthetic.degrade import NOISY, OCCLUDED
 from dloftbs_lab.synthetic.harnesses import HarnessSequence
 
-COSTS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)
+COSTS = {"BRANCH_END": (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5), "ROUND_END": (0.0, 1.0, 2.0, 3.0, 4.0)}
 FIRST_SEED = 5000
 
 
@@ -35,16 +35,17 @@ class Example(NamedTuple):
 
 
 def drawn(count: int) -> Iterator[Example]:
-    """Yield drawn harnesses of 1 to 4 branches, clean and noisy in turn."""
+    """Yield drawn harnesses of 1 to 4 branches, each clean, noisy, and behind discs."""
     for k in range(count):
         branches = 1 + k % 4
         truth = HarnessSequence(branches, ("drawn", "in perspective")[k // 4 % 2], 1, seed=FIRST_SEED + k).truth(0)
         assert truth.mask is not None
         nodes = np.array([curve.end for curve in truth.curves[:branches]])
-        noisy = k // 8 % 2 == 1
-        mask = NOISY.apply(truth.mask, truth.curves, (FIRST_SEED, k)) if noisy else truth.mask
-        lines = [curve.sample(200) for curve in truth.curves]
-        yield Example("drawn, noisy" if noisy else "drawn", mask.astype(np.uint8) * 255, Scene(lines, nodes))
+        scene = Scene([curve.sample(200) for curve in truth.curves], nodes)
+        yield Example("drawn", truth.mask.astype(np.uint8) * 255, scene)
+        for name, one in (("noisy", NOISY), ("behind discs", OCCLUDED)):
+            mask = one.apply(truth.mask, truth.curves, (FIRST_SEED, k))
+            yield Example(f"drawn, {name}", mask.astype(np.uint8) * 255, scene)
 
 
 def crossings(count: int) -> Iterator[Example]:
@@ -109,21 +110,23 @@ def main() -> None:
     options = parser.parse_args()
     examples = all_examples(options.files, options.count)
     module: Any = end_matching
-    for cost in COSTS:
-        module.BRANCH_END = cost
-        shares = share_right(examples)
-        each = ", ".join(f"{source} {share:.3f}" for source, share in shares.items())
-        print(f"cost {cost:g}: {np.mean(list(shares.values())):.3f}  {each}", flush=True)
-    module.BRANCH_END = branch_weights.BRANCH_END
+    for name, costs in COSTS.items():
+        for cost in costs:
+            setattr(module, name, cost)
+            shares = share_right(examples)
+            each = ", ".join(f"{source} {share:.3f}" for source, share in shares.items())
+            print(f"{name} {cost:g}: {np.mean(list(shares.values())):.3f}  {each}", flush=True)
+        setattr(module, name, getattr(branch_weights, name))
     sources, signs, right = signs_of(examples)
+    shares_of_all = np.array([1.0 / sources.count(source) for source in sources])  # each source counts the same
     for left_out in [*dict.fromkeys(sources), None]:
         train = np.array([source != left_out for source in sources])
         columns = np.column_stack((np.ones(len(signs)), signs))
-        weights = fit_log_odds(columns[train], right[train], np.ones(int(train.sum())))
+        weights = fit_log_odds(columns[train], right[train], shares_of_all[train])
         test = ~train if left_out is not None else train
-        stated = 1.0 / (1.0 + np.exp(-columns[test] @ weights))
-        found = f"stated {stated.mean():.3f}, right {right[test].mean():.3f}"
-        print(f"without {left_out}: {np.round(weights, 3)}; of {test.sum()}: {found}")
+        states = 1.0 / (1.0 + np.exp(-columns[test] @ weights))
+        stated, share = (np.average(values, weights=shares_of_all[test]) for values in (states, right[test]))
+        print(f"without {left_out}: {np.round(weights, 3)}; of {test.sum()}: stated {stated:.3f}, right {share:.3f}")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,13 @@ BRANCH_END = 2.0
 Source: fitted by ``python -m benchmarks.fit_branches``; from 1 to 2.5 as many scenes are right, to a hundredth.
 """
 
-NODE = (-0.56, 1.62)
+ROUND_END = 3.0
+"""Cost of the roundness of a gap's ends besides that of cables, where objects may branch and have more tips, nats.
+
+Source: fitted by ``python -m benchmarks.fit_branches``; from 2 to 4 as many scenes are right, to a hundredth.
+"""
+
+NODE = (1.6, 0.43)
 """Log-odds of a branch point, and per unit of its shortest branch, as `confidence_of` has them.
 
 Source: fitted by ``python -m benchmarks.fit_branches``.

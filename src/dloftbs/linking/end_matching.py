@@ -11,11 +11,11 @@ from dloftbs.data.graph import UNAVAILABLE, Graph, branch_of, ends_of, is_start,
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence import EndEvidence
 from dloftbs.kernels.tracing import measure_radius
-from dloftbs.linking.branch_weights import BRANCH_END
+from dloftbs.linking.branch_weights import BRANCH_END, ROUND_END
 from dloftbs.linking.joint_evidence import add_evidence, are_shared
 from dloftbs.linking.kernels import branch_overlap, end_matching
 from dloftbs.linking.kernels.hidden_gaps import match_with_hiding
-from dloftbs.linking.kernels.joint_features import GAP_LENGTH, OPEN_JUNCTION, prices
+from dloftbs.linking.kernels.joint_features import GAP_LENGTH, GAP_ROUND, OPEN_JUNCTION, prices
 from dloftbs.linking.kernels.pair_costs import junction_costs, pair_costs
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 from dloftbs.linking.kernels.wide_stretches import wide_reach
@@ -115,6 +115,7 @@ def match_ends(
     costs, open_cost = prices(joints, JOINT), prices(opens, OPEN)
     if branched:
         open_cost = np.where(opens[:, OPEN_JUNCTION] > 0.0, open_there, open_cost)
+        costs = costs + ROUND_END * joints[:, GAP_ROUND]
     if evidence is not None and evidence.has_labels:
         pairs = np.stack((rows, columns), axis=1)
         known = ~are_shared(ends.ids)[pairs].any(axis=1)  # the label there is of the one on top
