@@ -27,10 +27,16 @@ _UNEXPLAINED_WIDTHS = 0.1
 Source: measured, as `_BENDING`; of .25 as many are within 10 px, to a hundredth, but fewer under ties and tape.
 """
 
-_WIDER_WIDTHS, _WIDER_PX = 0.08, 1.0
-"""Excess of a branch's radius over what it is farther out up to which it lies beside no other: widths, at least px.
+_WIDER_WIDTHS = 0.08
+"""Excess of a branch's radius over what it is farther out up to which it lies beside no other, widths.
 
-Source: numerics; a pixel of a cable of twelve, and of thinner ones.
+Source: numerics; a pixel of a cable of twelve.
+"""
+
+_EDGE_PX = 1.0
+"""Least value of both, px.
+
+Source: numerics; to half a pixel the edge of a mask is known, and so is the axis of a branch.
 """
 
 _CLEAR_WIDTHS = 1.0
@@ -94,7 +100,7 @@ def _clear_ray(ray: Floats, points: Floats, radii: Floats, width: float) -> tupl
     at, wider, gone = len(points) - 1, 0.0, 0.0
     for k in range(1, len(points)):
         gone += np.hypot(points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1])
-        if radii[k] > radius + max(_WIDER_WIDTHS * width, _WIDER_PX):
+        if radii[k] > radius + max(_WIDER_WIDTHS * width, _EDGE_PX):
             wider = gone
         if gone - wider >= _CLEAR_WIDTHS * width:
             at = k
@@ -204,12 +210,12 @@ def _cost(
         turned = 2.0 - 2.0 * (ax * bx + ay * by) / (a * b)  # the square of the angle, nearly
         bending += 2.0 * turned / (a + b)
     weight = max(int(width / _SAMPLES_PER_WIDTH), 1) / width * (1.0 + _BENDING * width * bending)
-    total = 0.0
+    total, unexplained = 0.0, max(_UNEXPLAINED_WIDTHS, _EDGE_PX / width)
     for k in range(len(outline)):
         if total >= most:
             break
         off = min(outline[k, 2], _away(branch, outline[k, 0], outline[k, 1]) - radius) / width
-        total += weight * min(off * off, _UNEXPLAINED_WIDTHS * _UNEXPLAINED_WIDTHS)
+        total += weight * min(off * off, unexplained * unexplained)
     return total
 
 
