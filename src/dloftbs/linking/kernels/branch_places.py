@@ -1,4 +1,4 @@
-"""Where a branch leaves the cable that it branches from, by the outline of the mask around both."""
+"""The place at which a branch leaves a trunk, by the outline of the mask around both."""
 
 from __future__ import annotations
 
