@@ -101,30 +101,34 @@ def slowly(mask: npt.NDArray[np.uint8], axes: list[Floats]) -> Floats:
     for (at, way), radius in zip(rays, radii, strict=True):
         off = outline - at
         outline = outline[(off @ way >= 0.0) | (abs(off @ (way[1], -way[0])) >= 2.0 * radius)]
-    best = (math.inf, np.zeros(2))
+
+    def costs_of(trunk: Floats, first: int, guesses: list[tuple[float, float, float]]) -> list[float]:
+        from_trunk = away(trunk) - max(radii[(first + 1) % 3], radii[(first + 2) % 3])
+        costs = []
+        for at, turn, pull in guesses:
+            start = place_on(trunk, at)
+            angle = math.atan2(*(rays[first][0] - start)[::-1]) + turn
+            line = cubic(start, pull * np.array([math.cos(angle), math.sin(angle)]), rays[first], 11)
+            off = np.minimum(from_trunk, away(line) - radii[first]) / WIDTH
+            costs.append(float(np.minimum(off**2, 0.01).sum() * 2.0 / WIDTH * (1.0 + 0.1 * bend_of(line))))
+        return costs
+
+    found = []
     for first in range(3):
-        second, third = (first + 1) % 3, (first + 2) % 3
-        trunk = cubic(*rays[second], rays[third], 25)
-        from_trunk = away(trunk) - max(radii[second], radii[third])
+        trunk = cubic(*rays[(first + 1) % 3], rays[(first + 2) % 3], 25)
         count = max(int(2.0 * np.hypot(*np.diff(trunk, axis=0).T).sum() / WIDTH), 2)
-        step, turning = 24.0 / count, 0.5
-        guesses = list(product(np.arange(1, count) * step, np.arange(-2, 3) * turning, (0.5, 1.0, 2.0, 3.0)))
-        for _ in range(4):
-            costs = []
-            for at, turn, pull in guesses:
-                start = place_on(trunk, at)
-                angle = math.atan2(*(rays[first][0] - start)[::-1]) + turn
-                line = cubic(start, pull * np.array([math.cos(angle), math.sin(angle)]), rays[first], 11)
-                off = np.minimum(from_trunk, away(line) - radii[first]) / WIDTH
-                costs.append(np.minimum(off**2, 0.01).sum() * 2.0 / WIDTH * (1.0 + 0.1 * bend_of(line)))
-            least = int(np.argmin(costs))
-            at, turn, pull = guesses[least]
-            if costs[least] < best[0]:
-                best = (costs[least], place_on(trunk, at))
-            step, turning = 0.5 * step, 0.5 * turning
-            near = product(at + step * np.arange(-1, 2), turn + turning * np.arange(-1, 2), (pull,))
-            guesses = [(at, turn, pull), *(one for one in near if 0.0 <= one[0] <= 24.0)]
-    return best[1]
+        guesses = list(product(np.arange(1, count) * 24.0 / count, np.arange(-2, 3) * 0.5, (0.5, 1.0, 2.0)))
+        costs = costs_of(trunk, first, guesses)
+        found.append((min(costs), first, 24.0 / count, guesses[int(np.argmin(costs))], trunk))
+    _, first, step, guess, trunk = min(found, key=lambda one: one[0])
+    turning = 0.5
+    for _ in range(3):
+        step, turning = 0.5 * step, 0.5 * turning
+        at, turn, pull = guess
+        near = product(at + step * np.arange(-1, 2), turn + turning * np.arange(-1, 2), (pull,))
+        guesses = [guess, *(one for one in near if 0.0 <= one[0] <= 24.0)]
+        guess = guesses[int(np.argmin(costs_of(trunk, first, guesses)))]
+    return place_on(trunk, guess[0])
 
 
 BRANCHES = [(0.6, 90.0), (0.6, math.inf), (0.9, -80.0), (1.3, 60.0), (1.57, math.inf), (2.2, 120.0)]

@@ -75,7 +75,7 @@ _TRUNK_PARTS, _BRANCH_PARTS = 24, 10
 Source: numerics; an arc of a right angle differs from ten chords by a thousandth of its radius.
 """
 
-_PLACES_PER_WIDTH, _TURN_RAD, _TURNS, _PULLS = 2.0, 1.0, 2, (0.5, 1.0, 2.0, 3.0)
+_PLACES_PER_WIDTH, _TURN_RAD, _TURNS, _PULLS = 2.0, 1.0, 2, (0.5, 1.0, 2.0)
 """First guesses: places per width of the trunk, the largest turn from the chord, its steps to each side, and pulls.
 
 A pull is how far a branch goes on in its first direction, over that of an even bend.
@@ -182,11 +182,21 @@ def _outline(mask: Bytes, rays: Floats, radii: Floats, width: float) -> Floats:
 
 
 @helper
+def _lay_trunk(trunk: Floats, outline: Floats, rays: Floats, radii: Floats, branch: int) -> Floats:
+    """Lay the trunk between the two rays that are not the branch's; return the outline, what is far from it first."""
+    start, stop = (branch + 1) % 3, (branch + 2) % 3
+    _hermite(trunk, rays[start, 0], rays[start, 1], rays[start, 2], rays[start, 3], rays[stop])
+    for k in range(len(outline)):
+        outline[k, 2] = _away(trunk, outline[k, 0], outline[k, 1]) - max(radii[start], radii[stop])
+    return outline[falling_order(np.abs(outline[:, 2]))]  # so that bad guesses show early
+
+
+@helper
 def _cost(
     outline: Floats,
     trunk: Floats,
     branch: Floats,
-    rays: Floats,
+    ray: Floats,
     radius: float,
     width: float,
     at: float,
@@ -200,8 +210,8 @@ def _cost(
     than `most` costs more by any amount.
     """
     x, y = _place_on(trunk, at)
-    angle = math.atan2(rays[0, 1] - y, rays[0, 0] - x) + turn
-    _hermite(branch, x, y, pull * math.cos(angle), pull * math.sin(angle), rays[0])
+    angle = math.atan2(ray[1] - y, ray[0] - x) + turn
+    _hermite(branch, x, y, pull * math.cos(angle), pull * math.sin(angle), ray)
     bending = 0.0
     for k in range(1, len(branch) - 1):
         ax, ay = branch[k, 0] - branch[k - 1, 0], branch[k, 1] - branch[k - 1, 1]
@@ -254,34 +264,30 @@ def branch_place(mask: Bytes, points: Floats, radii: Floats, offsets: Ints, widt
         return False, 0.0, 0.0
     trunk, branch = np.empty((_TRUNK_PARTS + 1, 2)), np.empty((_BRANCH_PARTS + 1, 2))
     outline = _outline(mask, rays, radius, width)
-    least, best_x, best_y = np.inf, 0.0, 0.0
-    for first in range(3):
-        order = np.array([first, (first + 1) % 3, (first + 2) % 3])
-        own_rays, half = rays[order], radius[order]
-        _hermite(trunk, own_rays[1, 0], own_rays[1, 1], own_rays[1, 2], own_rays[1, 3], own_rays[2])
-        for k in range(len(outline)):
-            outline[k, 2] = _away(trunk, outline[k, 0], outline[k, 1]) - max(half[1], half[2])
-        outline = outline[falling_order(np.abs(outline[:, 2]))]  # bad guesses show early
+    turning = _TURN_RAD / _TURNS
+    least, first, step, at, turn, pull = np.inf, 0, 0.0, 0.0, 0.0, 1.0
+    for one in range(3):
+        outline = _lay_trunk(trunk, outline, rays, radius, one)
         count = max(int(_PLACES_PER_WIDTH * polyline_length(trunk) / width), 2)
-        step, turning = _TRUNK_PARTS / count, _TURN_RAD / _TURNS
-        at, turn, pull, found = 0.5 * _TRUNK_PARTS, 0.0, 1.0, np.inf
-        for one in _PULLS:
+        apart = _TRUNK_PARTS / count
+        for guess in _PULLS:
             for k in range(1, count):
                 for n in range(-_TURNS, _TURNS + 1):
-                    cost = _cost(outline, trunk, branch, own_rays, half[0], width, k * step, n * turning, one, found)
-                    if cost < found:
-                        found, at, turn, pull = cost, k * step, n * turning, one
-        for _ in range(_HALVINGS):
-            step, turning = 0.5 * step, 0.5 * turning
-            middle, ahead = at, turn
-            for k in range(-1, 2):
-                for n in range(-1, 2):
-                    x, way = middle + k * step, ahead + n * turning
-                    if 0.0 <= x <= _TRUNK_PARTS:
-                        cost = _cost(outline, trunk, branch, own_rays, half[0], width, x, way, pull, found)
-                        if cost < found:
-                            found, at, turn = cost, x, way
-        if found < least:
-            least = found
-            best_x, best_y = _place_on(trunk, at)
-    return True, best_x, best_y
+                    cost = _cost(
+                        outline, trunk, branch, rays[one], radius[one], width, k * apart, n * turning, guess, least
+                    )
+                    if cost < least:
+                        least, first, step, at, turn, pull = cost, one, apart, k * apart, n * turning, guess
+    outline = _lay_trunk(trunk, outline, rays, radius, first)
+    for _ in range(_HALVINGS):
+        step, turning = 0.5 * step, 0.5 * turning
+        middle, ahead = at, turn
+        for k in range(-1, 2):
+            for n in range(-1, 2):
+                x, way = middle + k * step, ahead + n * turning
+                if 0.0 <= x <= _TRUNK_PARTS:
+                    cost = _cost(outline, trunk, branch, rays[first], radius[first], width, x, way, pull, least)
+                    if cost < least:
+                        least, at, turn = cost, x, way
+    x, y = _place_on(trunk, at)
+    return True, x, y
