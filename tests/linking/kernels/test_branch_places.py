@@ -117,7 +117,7 @@ def slowly(mask: npt.NDArray[np.uint8], axes: list[Floats]) -> Floats:
     for first in range(3):
         trunk = cubic(*rays[(first + 1) % 3], rays[(first + 2) % 3], 25)
         count = max(int(2.0 * np.hypot(*np.diff(trunk, axis=0).T).sum() / WIDTH), 2)
-        guesses = list(product(np.arange(1, count) * 24.0 / count, np.arange(-2, 3) * 0.5, (0.5, 1.0, 2.0)))
+        guesses = list(product(np.arange(1, count) * 24.0 / count, np.arange(-2, 3) * 0.5, (0.5, 1.0, 2.0, 3.0)))
         costs = costs_of(trunk, first, guesses)
         found.append((min(costs), first, 24.0 / count, guesses[int(np.argmin(costs))], trunk))
     _, first, step, guess, trunk = min(found, key=lambda one: one[0])

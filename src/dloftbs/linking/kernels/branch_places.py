@@ -75,7 +75,7 @@ _TRUNK_PARTS, _BRANCH_PARTS = 24, 10
 Source: numerics; an arc of a right angle differs from ten chords by a thousandth of its radius.
 """
 
-_PLACES_PER_WIDTH, _TURN_RAD, _TURNS, _PULLS = 2.0, 1.0, 2, (0.5, 1.0, 2.0)
+_PLACES_PER_WIDTH, _TURN_RAD, _TURNS, _PULLS = 2.0, 1.0, 2, (0.5, 1.0, 2.0, 3.0)
 """First guesses: places per width of the trunk, the largest turn from the chord, its steps to each side, and pulls.
 
 A pull is how far a branch goes on in its first direction, over that of an even bend.
