@@ -21,12 +21,6 @@ _MIN_ENDS = 3
 Source: by definition.
 """
 
-_MIN_POINTS = 2
-"""Smallest number of points of a branch that has a direction.
-
-Source: geometry.
-"""
-
 _OWN_WIDTHS = 4.0
 """Length of a branch along which a cable does not cross itself any more, widths.
 
@@ -227,7 +221,7 @@ def _place(states: FloatArray) -> FloatArray:
 def _place_by_outline(mask: ByteArray, graph: Graph, matching: EndMatching, ends: list[int]) -> FloatArray | None:
     """Return where one of three branches leaves the others, if the mask shows it; None of other numbers."""
     parts = [_inward_points(graph, matching, end) for end in ends]
-    if len(ends) != _MIN_ENDS or min(map(len, parts)) < _MIN_POINTS:
+    if len(ends) != _MIN_ENDS or min(map(len, parts)) < 2:  # a point has no direction
         return None
     points, offsets = np.concatenate(parts), np.array([0, *accumulate(map(len, parts))])
     radii = measure_radius(mask, points, offsets)
