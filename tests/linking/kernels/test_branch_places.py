@@ -75,7 +75,8 @@ def slowly(mask: npt.NDArray[np.uint8], axes: list[Floats]) -> Floats:
         gone = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(axis, axis=0).T))))
         wide = np.maximum.accumulate(np.where((own > radius + 1.0) & (np.arange(len(own)) > 0), gone, 0.0))
         at = int(np.argmax(gone - wide >= WIDTH))
-        way = axis[max(at - 4, 0)] - axis[at + 4]
+        reach = int(radius)
+        way = axis[max(at - reach, 0)] - axis[at + reach]
         rays.append((axis[at], way / np.hypot(*way)))
         radii.append(radius)
 
@@ -90,8 +91,9 @@ def slowly(mask: npt.NDArray[np.uint8], axes: list[Floats]) -> Floats:
         return np.hypot(*(off - share[..., None] * ways).transpose(2, 0, 1)).min(axis=1)
 
     corners = np.array([at for at, _ in rays])
-    left, top = np.maximum((corners.min(axis=0) - 24.0).astype(int), 0)
-    right, bottom = np.minimum((corners.max(axis=0) + 24.0).astype(int), SIZE - 2)
+    margin = 2.0 * max(radii)
+    left, top = np.maximum((corners.min(axis=0) - margin).astype(int), 0)
+    right, bottom = np.minimum((corners.max(axis=0) + margin).astype(int), SIZE - 2)
     found = []
     for row in range(top, bottom):
         for column in range(left, right):

@@ -22,7 +22,7 @@ of five sources are within 10 px. Under tape, .69, .76 and .88 of them are.
 """
 
 _UNEXPLAINED_WIDTHS = 0.1
-"""Distance from both cables above which a place of the outline belongs to something else, widths.
+"""Distance from a cable's edge from which on the outline is that of something else, widths.
 
 Source: measured, as `_BENDING`; of .25 as many are within 10 px, to a hundredth, but fewer under ties and tape.
 """
@@ -51,18 +51,6 @@ _COVERED_WIDTHS = 0.9
 Source: measured, as `_BENDING`; of bare joints without noise one in a hundred has .8 to .9, under tape all have more.
 """
 
-_CHORD_WIDTHS = 0.4
-"""Length to each side of a place over which the direction of a branch is measured, widths.
-
-Source: numerics; five pixels of a cable of twelve.
-"""
-
-_AROUND_WIDTHS = 2.0
-"""Distance from the axes within which the outline is looked at, widths.
-
-Source: geometry; half a width of the cables, and what is beside them.
-"""
-
 _SAMPLES_PER_WIDTH = 6.0
 """Number of pixels of the outline that are looked at, per width and line; all of them in narrower cables.
 
@@ -88,7 +76,7 @@ Source: numerics; the next guesses are between these.
 """
 
 _PULLS = (0.5, 1.0, 2.0, 3.0)
-"""Guesses of how far a branch goes on in its first direction, over that of an even bend.
+"""Guesses of how far a branch goes on in its first direction, a share of how far an even bend does.
 
 Source: numerics; without .5, up to a twelfth fewer branch points are within 5 px.
 """
@@ -115,7 +103,7 @@ def _clear_ray(ray: Floats, points: Floats, radii: Floats, width: float) -> tupl
         if gone - wider >= _CLEAR_WIDTHS * width:
             at = k
             break
-    reach = max(int(_CHORD_WIDTHS * width), 1)
+    reach = max(int(radius), 1)
     ray[0], ray[1] = points[at]
     ray[2], ray[3] = chord_direction(points, min(at + reach, len(points) - 1), max(at - reach, 0))
     return radius, wider
@@ -161,7 +149,7 @@ def _away(line: Floats, x: float, y: float) -> float:
 @helper
 def _outline(mask: Bytes, rays: Floats, radii: Floats, width: float) -> Floats:
     """Return places of the outline between the rays, and room for their distance from the trunk's edge (n, 3), px."""
-    margin = _AROUND_WIDTHS * width
+    margin = 2.0 * radii.max()
     left = max(int(rays[:, 0].min() - margin), 0)
     right = min(int(rays[:, 0].max() + margin), mask.shape[1] - 2)
     top = max(int(rays[:, 1].min() - margin), 0)
