@@ -91,7 +91,7 @@ def slowly(mask: npt.NDArray[np.uint8], axes: list[Floats]) -> Floats:
         return np.hypot(*(off - share[..., None] * ways).transpose(2, 0, 1)).min(axis=1)
 
     corners = np.array([at for at, _ in rays])
-    margin = 2.0 * max(radii)
+    margin = 2.0 * WIDTH
     left, top = np.maximum((corners.min(axis=0) - margin).astype(int), 0)
     right, bottom = np.minimum((corners.max(axis=0) + margin).astype(int), SIZE - 2)
     found = []

@@ -51,6 +51,12 @@ _COVERED_WIDTHS = 0.9
 Source: measured, as `_BENDING`; of bare joints without noise one in a hundred has .8 to .9, under tape all have more.
 """
 
+_AROUND_WIDTHS = 2.0
+"""Distance from the places where the branches are clear of the joint within which the outline is looked at, widths.
+
+Source: geometry; half a width of the cables, and as much of them farther out as there is of a joint.
+"""
+
 _SAMPLES_PER_WIDTH = 6.0
 """Number of pixels of the outline that are looked at, per width and line; all of them in narrower cables.
 
@@ -149,7 +155,7 @@ def _away(line: Floats, x: float, y: float) -> float:
 @helper
 def _outline(mask: Bytes, rays: Floats, radii: Floats, width: float) -> Floats:
     """Return places of the outline between the rays, and room for their distance from the trunk's edge (n, 3), px."""
-    margin = 2.0 * radii.max()
+    margin = _AROUND_WIDTHS * width
     left = max(int(rays[:, 0].min() - margin), 0)
     right = min(int(rays[:, 0].max() + margin), mask.shape[1] - 2)
     top = max(int(rays[:, 1].min() - margin), 0)
