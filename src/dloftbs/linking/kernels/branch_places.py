@@ -54,7 +54,7 @@ Source: measured, as `_BENDING`; of bare joints without noise one in a hundred h
 _AROUND_WIDTHS = 2.0
 """Distance from the places where the branches are clear of the joint within which the outline is looked at, widths.
 
-Source: geometry; half a width of the cables, and as much of them farther out as there is of a joint.
+Source: measured; within one width, a branch that leaves along the trunk is placed 18 px off, in place of 15.
 """
 
 _SAMPLES_PER_WIDTH = 6.0
